@@ -21,15 +21,16 @@ Eigen::VectorXd chebyshev(std::size_t order, const model::Interval& range, doubl
   return row;
 }
 
-// Returns a model in which only cell j of the grid has a weight.
+// Returns a Preisach model in which only cell j of the grid of relays has a weight.
 model::Preisach relays(const model::Interval& range, std::size_t cells, std::size_t j) {
   std::vector<double> weights(cells, 0.0);
   weights[j] = 1.0;
   return model::Preisach({"", "", range, 0.0, 0.0, weights});
 }
 
-/// Returns the model with as many coefficients in its ascending curve as in its descending one: an ascending
-/// curve selected by ascending_choice.h can be longer.
+/// Returns the model with an ascending curve that is not longer than the descending curve. ascending_choice.h
+/// may have selected a longer ascending curve. If the shortened curve is not valid, the descending curve
+/// replaces it.
 model::HysteresisParameters of_one_order(model::HysteresisParameters p) {
   std::vector<double> a = p.ascending.coefficients();
   const std::size_t count = p.descending.coefficients().size();

@@ -1,4 +1,4 @@
-// Common functions of all baseline fits: they check the samples, choose the samples to fit, list the possible
+// Functions that all baseline fits use: they check the samples, choose the samples to fit, list the possible
 // histories and run an operator over all samples.
 #pragma once
 
@@ -14,29 +14,30 @@
 
 namespace hystcan::identification {
 
-/// Inputs before the first sample, applied from the virgin state; never empty.
+/// Inputs that were applied before the first sample, to a model in its virgin state. Never empty.
 using History = std::vector<double>;
 
-/// Throws std::invalid_argument as described in baseline_models.h.
+/// Throws std::invalid_argument if the samples cannot be fitted; the reasons are listed in baseline_models.h.
 void check(const Samples& samples);
 
-/// Returns the indices of about 5000 evenly chosen samples of positive weight.
+/// Returns the indices of the samples to fit: at most 5000, evenly chosen from those with a positive weight.
 std::vector<std::size_t> fitted_samples(const Samples& samples);
 
-/// Returns the samples that a fit runs over: the first sample, those of fitted_samples(), and the turning
-/// points of the input between them. The memory of an operator consists of turning points, so its output at
-/// these samples is the same as in a run over all samples.
+/// Returns only the samples that a fit needs: the first sample, the samples of fitted_samples(), and the
+/// turning points of the input between them. The memory of an operator depends only on turning points.
+/// Therefore the operator has the same output at these samples as in a run over all samples.
 Samples reduced(const Samples& samples);
 
-/// Returns the range, widened to contain every input and the prehistory.
+/// Returns the range of the samples, widened to contain every input, also those of the prehistory.
 model::Interval widened_range(const Samples& samples);
 
-/// Returns the four possible histories (baseline_models.h).
+/// Returns the histories after which a model is fitted (listed in baseline_models.h): three, or four if there
+/// is a prehistory.
 std::vector<History> histories(const Samples& samples, const model::Interval& range);
 
 Eigen::VectorXd at(const std::vector<std::size_t>& places, std::span<const double> values);
 
-/// Returns the state of the operator after the history, before the first sample.
+/// Returns the state of an operator after the history: the history is applied to the virgin state.
 template <model::HysteresisOperator Operator>
 typename Operator::State after(const Operator& op, const History& history) {
   const model::Interval range = op.input_range();
@@ -45,10 +46,10 @@ typename Operator::State after(const Operator& op, const History& history) {
   return state;
 }
 
-/// Throws Stopped if the samples' go_on returns false.
+/// Calls go_on of the samples. Throws Stopped if it returns false.
 void look(const Samples& samples);
 
-/// Returns read(state) after each sample.
+/// Runs an operator over all samples, after a history. Returns the value read(state) after each sample.
 template <model::HysteresisOperator Operator, class Read>
 std::vector<double> run(const Operator& op, const History& history, const Samples& samples, Read read) {
   look(samples);
@@ -62,23 +63,23 @@ std::vector<double> run(const Operator& op, const History& history, const Sample
   return values;
 }
 
-/// A weighted sum of operators (plays, relays). The output is linear in the weights.
+/// Returns the output of one operator o_j (a play or a relay) at each sample, after a history. The output x
+/// of a model is a weighted sum of such operators. It is linear in the weights w:
 ///
-///   x = x_0 + w_0 v + sum_j w_j o_j[v],     w >= 0
-///
-/// column(j, history, samples) returns the values of o_j at each of these samples, after a history.
+///   x = x_0 + w_0 v + sum_j w_j o_j[v],     w >= 0,     v: input
 using OperatorColumn =
     std::function<std::vector<double>(std::size_t j, const History& history, const Samples& samples)>;
 
 struct WeightedOperators {
-  History history;      ///< the given history that fits best
-  double offset = 0.0;  ///< x_0
-  double gain = 0.0;    ///< w_0
+  History history;      ///< history after which the fit is best
+  double offset = 0.0;  ///< constant part of the output, x_0
+  double gain = 0.0;    ///< weight of the input itself, w_0
   std::vector<double> weights;
-  std::vector<double> prediction;  ///< for every sample
+  std::vector<double> prediction;  ///< predicted output of every sample
 };
 
-/// Fits the weights. The caller must have checked the samples.
+/// Fits offset, gain and weights of `operators` operators after each history, and returns the best fit. The
+/// caller must have checked the samples.
 WeightedOperators fit_weights(const Samples& samples, const std::vector<History>& histories,
                               std::size_t operators, const OperatorColumn& column);
 

@@ -18,7 +18,7 @@ namespace {
 using Mask = std::vector<std::vector<bool>>;  // a flag for each sample, per dataset
 using Kind = InitialMemory::Kind;
 
-// Returns inputs from the virgin state that give a baseline this memory; empty for the virgin memory.
+// Returns inputs that bring a baseline from its virgin state to this memory. Empty for the virgin memory.
 std::vector<double> history_of(const InitialMemory& memory, model::Interval thresholds, double first) {
   std::vector<double> inputs;
   if (memory.kind == Kind::virgin) return inputs;
@@ -28,10 +28,10 @@ std::vector<double> history_of(const InitialMemory& memory, model::Interval thre
   return inputs;
 }
 
-// All datasets joined into one sequence for the baselines.
+// All datasets, joined into one sequence of samples for the baselines.
 struct Joined {
   Samples samples;
-  std::vector<std::size_t> place;  // index in `samples`, for each sample of the datasets
+  std::vector<std::size_t> place;  // for each sample of the datasets, its index in `samples`
 };
 
 Joined joined_sequence(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted,
@@ -63,7 +63,8 @@ Joined joined_sequence(const std::vector<Dataset>& datasets, const Identified& m
   return joined;
 }
 
-// `predicted`: for all samples, one dataset after the other.
+// Returns the errors over the samples that are marked in `judged`. `predicted` contains all datasets, one
+// after the other.
 ErrorNorms errors_of(const std::vector<double>& predicted, const std::vector<Dataset>& datasets,
                      const Mask& judged) {
   std::vector<double> model_output, measured;
@@ -83,7 +84,8 @@ std::size_t count(const Mask& mask) {
   return counted;
 }
 
-// Counts the cycles. Cycles of odd folds are never adjacent.
+// Counts the marked cycles. Two marked cycles are never adjacent, because only cycles of odd folds are
+// marked.
 std::size_t cycles_in(const Mask& mask) {
   std::size_t cycles = 0;
   for (const auto& samples : mask)
@@ -100,8 +102,9 @@ Mask samples_where(const Folds& folds, const std::function<bool(int)>& is) {
   return mask;
 }
 
-// Fits the baselines to the samples `fitted`; computes their errors and the model's errors over the samples
-// `judged`. For a butterfly, the baselines model its inner variable and use the model's map.
+// Fits the baselines to the samples `fitted`. Computes the errors of the baselines and of the identified
+// model over the samples `judged`. If the model is a butterfly, the baselines model its inner variable and
+// use its output map.
 class Contest {
  public:
   Contest(const std::vector<Dataset>& datasets, const Identified& model, const Mask& fitted, Mask judged,
@@ -138,8 +141,7 @@ class Contest {
   Joined joined_;
 };
 
-// Returns the outputs without dynamics, creep, zero and gain of the dataset, because the baselines have none
-// of these.
+// Returns the dataset without its own offset, gain and drift, because the baselines do not have them.
 Dataset on_common_scale(Dataset dataset, double offset, double gain, double drift) {
   for (std::size_t i = 0; i < dataset.size(); ++i)
     dataset.output[i] = (dataset.output[i] - offset - drift * drift_course(dataset.time_s, i)) / gain;
@@ -250,10 +252,10 @@ class Comparing {
     }
   }
 
-  Identified identified_;  // model for datasets with a common zero and gain
+  Identified identified_;  // the identified model, for datasets with a common zero and gain
   const std::function<bool()>& go_on_;
   std::vector<Dataset> datasets_;
-  std::vector<const FitBaseline*> baselines_;  // baselines of the rows after the first
+  std::vector<const FitBaseline*> baselines_;  // the baseline of each row except the first
   Comparison result_;
 };
 

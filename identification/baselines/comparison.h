@@ -1,19 +1,19 @@
-// Compares the identified model with the baselines (baseline_models.h). All are fitted to the same samples,
-// and their errors are computed over the same samples.
+// Compares the identified model with the baselines (baseline_models.h). All models are fitted to the same
+// samples, and their errors are computed over the same samples.
 //
 //   column      fitted to                                                     errors over
 //   fit         every sample                                                  every sample
 //   held out    every sample except those of the odd folds (dataset.h):       the samples of the odd folds
 //               half of the cycles that are not in fold 0
 //
-// For the held-out column the identified model keeps its order and symmetry; if its thresholds were at the
-// observed inputs, they stay there. k, curves, thresholds, delay and initial memories are identified again.
-// The order was chosen with all samples.
+// For the held-out column, the model is identified again. It keeps its order and symmetry, which were chosen
+// with all samples. If its thresholds were the ends of the observed inputs, they stay there. Everything else
+// is identified anew: k, curves, other thresholds, delay and initial memories.
 //
-// Every baseline has the same delay, thresholds and initial memory as the identified model, and the folded
-// inputs if symmetry is even. Several datasets are joined into one sequence. Between two datasets, the
-// sequence contains inputs that lead to the initial memory of the next one; these samples do not count. For a
-// virgin memory they are nested loops around the first input that shrink to zero.
+// Every baseline has the delay, the thresholds and the initial memory of the identified model. If symmetry is
+// even, its inputs are folded. Several datasets are joined into one sequence. Between two datasets, the
+// sequence contains inputs that lead to the initial memory of the next dataset; these inputs do not count as
+// samples. If this memory is virgin, they are nested loops around the first input that shrink to zero.
 #pragma once
 
 #include <cstddef>
@@ -31,27 +31,32 @@ namespace hystcan::identification {
 struct ComparisonRow {
   std::string name;
   std::size_t parameters = 0;
-  ErrorNorms fit;                      ///< errors over every sample, output units
-  std::optional<ErrorNorms> held_out;  ///< errors over the held-out samples
+  ErrorNorms fit;  ///< errors over all samples, output units
+  /// Errors over the samples that were not fitted, output units; `nullopt`: nothing was held out.
+  std::optional<ErrorNorms> held_out;
 };
 
 struct Comparison {
-  std::vector<ComparisonRow> rows;  ///< the identified model first
+  std::vector<ComparisonRow> rows;  ///< the identified model, then the baselines
   double output_span = 0.0;
   std::size_t samples = 0;
   std::size_t held_out_samples = 0;
   std::size_t cycles = 0;
   std::size_t held_out_cycles = 0;
-  std::optional<std::string> no_hold_out;  ///< reason why nothing is held out; `nullopt` if something is
-  std::vector<std::string> refused;        ///< baselines that could not be fitted, with the reason
-  bool stopped = false;                    ///< go_on stopped the comparison: `rows` is incomplete
+  /// Reason why no samples are held out; `nullopt` if some are held out.
+  std::optional<std::string> no_hold_out;
+  std::vector<std::string> refused;  ///< for each baseline that could not be fitted, the reason
+  /// True if go_on stopped the comparison; `rows` is then incomplete.
+  bool stopped = false;
 };
 
-/// Returns for each sample, per dataset: true if it is in an odd fold. All false if nothing can be held out.
+/// Returns a flag for each sample of each dataset: true if the sample is in an odd fold. If nothing can be
+/// held out, all flags are false.
 std::vector<std::vector<bool>> held_out_samples(const Folds& folds);
 
-/// `identified` is the result for these datasets. `go_on` is called between two models, and during the
-/// search. Unseen samples of `identified` (IdentifyOptions::unseen) do not count.
+/// Compares the identified model with the baselines. `identified` must be the result for these `datasets`.
+/// `go_on` is called between two models and during the search; if it returns false, the comparison stops.
+/// Samples that were unseen when the model was identified (IdentifyOptions::unseen) do not count.
 Comparison compare(const std::vector<Dataset>& datasets, const Identified& identified,
                    const std::function<bool()>& go_on);
 

@@ -24,8 +24,10 @@ using model::HysteresisState;
 using model::LinearMapping;
 using model::ReferenceCurve;
 
-// The unknowns are the coefficients of f^A and all coefficients of f^D except one. This one follows from the
-// condition that the loop is closed at the upper threshold:
+// The two reference curves as functions of the unknowns of the fit. The unknowns are all coefficients a_i of
+// f^A, and all coefficients d_i of f^D except one. The remaining coefficient follows from the condition that
+// the curves meet at the upper threshold v_hi, with the basis functions B_i:
+//
 //   sum a_i B_i(v_hi) = sum d_i B_i(v_hi)
 class Curves {
  public:
@@ -58,7 +60,8 @@ class Curves {
     return p;
   }
 
-  /// Returns f(v), its value or its slope, as a row of the unknowns.
+  /// Returns the row r for which r . unknowns is the value that `read` reads from one curve: its value or
+  /// slope at an input.
   template <class Read>
   VectorXd row(Direction direction, Read read) const {
     VectorXd row(unknowns());
@@ -68,7 +71,7 @@ class Curves {
   }
 
  private:
-  // Returns B_i(v_hi), the values of the basis functions at the upper threshold.
+  // Returns the values of the curve's basis functions at the upper threshold.
   static VectorXd ends(const ReferenceCurve& curve) {
     const std::size_t count = curve.coefficients().size();
     VectorXd ends(static_cast<Index>(count));
@@ -85,8 +88,9 @@ class Curves {
   Index closing_ = 0;
 };
 
-// Inequalities on a grid: both curves rise with at least a thousandth of their mean slope; f^D is above f^A
-// and approaches it from above at the upper threshold.
+// Returns inequalities G x >= h for the unknowns of the curves, on a grid. Both curves rise with at least a
+// thousandth of their mean slope. The descending curve is above the ascending curve, and approaches it from
+// above at the upper threshold.
 std::pair<MatrixXd, VectorXd> inequalities(const Curves& curves, const HysteresisParameters& start) {
   constexpr Index points = 200;
   const model::Interval range = start.input_range();
@@ -110,7 +114,7 @@ std::pair<MatrixXd, VectorXd> inequalities(const Curves& curves, const Hysteresi
   return {g, h};
 }
 
-// The problem of the fit after one history.
+// The nonlinear least-squares problem of the fit after one given history.
 class Mapping {
  public:
   Mapping(const Samples& samples, const HysteresisParameters& start, History history)
@@ -139,7 +143,7 @@ class Mapping {
     }
   }
 
-  // Numerical derivatives, on the side on which the curves stay valid.
+  // Returns numerical derivatives. If the curves are not valid for a larger unknown, uses a smaller one.
   MatrixXd jacobian(const VectorXd& x) const {
     const VectorXd here = *values(x);
     const double step = 1e-6 * x.cwiseAbs().maxCoeff();

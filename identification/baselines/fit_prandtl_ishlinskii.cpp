@@ -20,7 +20,8 @@ using Eigen::VectorXd;
 using model::PlayState;
 using model::PrandtlIshlinskii;
 
-// Returns the thresholds r_1, ..., r_m, evenly spaced over half the width of the inputs.
+// Returns the thresholds of the plays, evenly spaced from zero to half the width of the inputs (both ends
+// excluded).
 std::vector<double> evenly_spaced(const Samples& samples, std::size_t plays) {
   if (plays < 1) refuse(plays, " plays, expected at least 1");
   const auto [lo, hi] = std::ranges::minmax(samples.input);
@@ -31,7 +32,7 @@ std::vector<double> evenly_spaced(const Samples& samples, std::size_t plays) {
   return thresholds;
 }
 
-// Returns an operator of which only the plays are used.
+// Returns a Prandtl-Ishlinskii operator with weights of zero: only its plays are used.
 PrandtlIshlinskii operator_of(std::vector<double> thresholds, const model::Interval& range) {
   std::vector<double> weights(thresholds.size(), 0.0);
   return PrandtlIshlinskii({"", "", range, 0.0, 1.0, std::move(thresholds), std::move(weights)});
@@ -47,7 +48,9 @@ WeightedOperators fit_plays(const Samples& samples, const std::vector<double>& t
   return fit_weights(samples, histories, thresholds.size(), column);
 }
 
-// The unknowns are, with the plays y_i[0] at the first sample,
+// The problem in which the plays at the first sample are fitted too. With m plays, weights w_i and plays
+// y_i[0] at the first sample, the unknowns are
+//
 //   x_0, w_0, ..., w_m, y_1[0], ..., y_m[0]
 class FreeStart {
  public:
@@ -96,7 +99,8 @@ class FreeStart {
     return values;
   }
 
-  // The derivative with respect to an initial play is w_i until the play moves, and then 0.
+  // Returns the derivatives of the output by the unknowns. The derivative by an initial play is the weight of
+  // the play until the play moves for the first time, and 0 after that.
   MatrixXd jacobian_at(const VectorXd& x) const {
     MatrixXd jacobian(static_cast<Index>(places_.size()), x.size());
     jacobian.col(0).setOnes();
@@ -114,7 +118,10 @@ class FreeStart {
     return jacobian;
   }
 
-  // w_i >= 0,    |y_i - y_{i-1}| <= r_i - r_{i-1},    y_0 = v,    r_0 = 0
+  // Returns the inequalities of the unknowns. With the thresholds r_i and the first input v, a possible state
+  // of the plays is
+  //
+  //   w_i >= 0,    |y_i - y_{i-1}| <= r_i - r_{i-1},    y_0 = v,    r_0 = 0
   std::pair<MatrixXd, VectorXd> inequalities() const {
     MatrixXd g = MatrixXd::Zero(1 + 3 * m(), 2 * m() + 2);
     VectorXd h = VectorXd::Zero(g.rows());

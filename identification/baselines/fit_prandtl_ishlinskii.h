@@ -1,4 +1,5 @@
-// Fits Prandtl-Ishlinskii models: only the weights, or weights and initial plays together.
+// Fits Prandtl-Ishlinskii models to samples: either only the weights of the plays, or also their initial
+// values.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +8,12 @@
 
 namespace hystcan::identification {
 
-/// Fits only the weights. `plays`: number of play operators, at least one.
+/// Fits the weights of `plays` play operators, at least one. The initial values of the plays follow from a
+/// history.
 BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays);
 
-/// Applies Levenberg's method to weights and initial plays, starting from the best fit of the histories.
+/// Fits the weights and the initial values of the plays together, by Levenberg's method. Starts from the best
+/// result of the fit of the weights alone.
 BaselineModel fit_prandtl_ishlinskii_free_start(const Samples& samples, std::size_t plays);
 
 }  // namespace hystcan::identification

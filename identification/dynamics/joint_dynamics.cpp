@@ -22,16 +22,20 @@ namespace {
 using model::Dynamics;
 
 constexpr int most_passes = 8;
-constexpr int passes_with_shape = 2;  // number of passes that select the shape of the curves again
+// The first passes select the shape of the curves again; later passes keep it.
+constexpr int passes_with_shape = 2;
 constexpr int steps_in_a_pass = 10;
-constexpr double worth_a_pass = 0.995;   // maximum error after a pass, relative to the error before it
-constexpr double worth_dynamics = 0.97;  // maximum error with dynamics, relative to the quasi-static model
+// Another pass follows if the error after a pass is below this share of the error before it.
+constexpr double worth_a_pass = 0.995;
+// Dynamics are refused if their error is above this share of the quasi-static error.
+constexpr double worth_dynamics = 0.97;
 constexpr std::size_t rows_for_the_start = 20'000;
 constexpr Eigen::Index dynamics_unknowns = 3;
 
-using Outputs = std::vector<std::vector<double>>;  // outputs of each dataset
+using Outputs = std::vector<std::vector<double>>;  // for each dataset, an output at each sample
 
-/// Returns the part of the dataset in which the input moves most.
+/// Returns the part of the dataset in which the input moves most: as many consecutive rows as
+/// rows_for_the_start.
 Dataset fastest_part(const Dataset& dataset) {
   if (dataset.size() <= rows_for_the_start) return dataset;
   std::vector<double> travel(dataset.size(), 0.0);
@@ -89,7 +93,8 @@ class JointDynamics {
   }
 
  private:
-  /// Returns the datasets of x, with the regressors of p.
+  /// Returns the datasets of the quasi-static output. Their regressors are the effects of small changes of
+  /// frequency, damping and delay.
   std::vector<Dataset> linearised_at(const Identified& found) {
     std::vector<Dataset> linear = without_dynamics(datasets_, found, outputs_);
     for (int p = 0; p < point_.size(); ++p) {
@@ -105,7 +110,7 @@ class JointDynamics {
     return linear;
   }
 
-  /// Returns the model with the best p for it.
+  /// Returns the model `found` with the dynamics that fit it best: frequency, damping and delay.
   Identified with_dynamics(Identified found) {
     outputs_ = quasi_static_outputs(datasets_, found);
     improve_dynamics(found);
@@ -115,7 +120,8 @@ class JointDynamics {
     return found;
   }
 
-  /// Starts with the mode of the dataset that shows it most clearly.
+  /// Sets the first dynamics: the mode of the dataset that shows a mode most clearly, with the narrowest
+  /// frequency interval.
   void begin(const Identified& before) {
     outputs_ = quasi_static_outputs(datasets_, before);
     std::optional<SecondOrderFit> clearest;
@@ -151,7 +157,7 @@ class JointDynamics {
             options_.delay_s.value_or(longest_s) / cycle_s_};
   }
 
-  /// Returns the derivative dF/dp x of the response, by differences.
+  /// Returns the derivative of the response of dataset i by one parameter of the dynamics, p, by differences.
   std::vector<double> slope(std::size_t i, int p) const {
     constexpr double h = 1e-4;
     Eigen::Vector3d more = point_, less = point_;
@@ -172,7 +178,7 @@ class JointDynamics {
       for (const double value : of(i)) column[at++] = value;
   }
 
-  /// Fits p to the present quasi-static output.
+  /// Fits frequency, damping and delay to the measured outputs, for the present quasi-static outputs.
   void improve_dynamics(const Identified& found) {
     Eigen::Index rows = 0;
     for (const Dataset& dataset : datasets_) rows += static_cast<Eigen::Index>(dataset.size());
@@ -192,7 +198,7 @@ class JointDynamics {
         return weight;
       });
     problem.values = [&](const Eigen::VectorXd& at) -> std::optional<Eigen::VectorXd> {
-      if (!options_.go_on()) return Eigen::VectorXd::Constant(rows, 1e150);  // ends the steps
+      if (!options_.go_on()) return Eigen::VectorXd::Constant(rows, 1e150);  // a huge error ends the fit
       Eigen::VectorXd values(rows);
       all_rows(Eigen::Ref<Eigen::VectorXd>(values),
                [&](std::size_t i) { return respond(dynamics_at(at), datasets_[i].time_s, outputs_[i]); });
@@ -230,10 +236,10 @@ class JointDynamics {
 
   const std::vector<Dataset>& datasets_;
   IdentifyOptions options_;
-  Eigen::Vector3d point_;  // log f, log zeta, d / cycle_s_
+  Eigen::Vector3d point_;  // log of the frequency, log of the damping ratio, delay in cycles
   double cycle_s_ = std::numeric_limits<double>::infinity();
   double longest_s_ = 0.0;
-  Outputs outputs_;  // x of each dataset
+  Outputs outputs_;  // quasi-static output x of each dataset
 };
 
 }  // namespace

@@ -11,19 +11,23 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Cycles beyond the longest delay: one for the difference in a slope, and one for the input before.
+// Cycles before the fit, in addition to the longest delay: one for the differences in a slope, and one for
+// the previous input.
 constexpr Index cycles_before = 2;
-constexpr Index cycles_after = 3;  // for a delay slightly below -1 cycle, and the end of a long response
+// Cycles after the fit: for a delay slightly below -1 cycle, and for the end of a long response.
+constexpr Index cycles_after = 3;
 
 }  // namespace
 
-/// The simulation of a mode: its drive and its state.
+/// One simulation of a mode: its drive and its state at the first cycle.
 struct ModeResponse::Lane {
   model::HeldMode mode;
-  const double* drive;  ///< u[n - m], beginning at the first cycle; preceded by u[n - m - 1]
+  /// Drive of each cycle, already delayed; drive[-1] is the drive of the previous cycle.
+  const double* drive;
   Eigen::Vector2d state;
 
-  /// Computes the positions of two lanes together: the same operations on two numbers at a time.
+  /// Computes the positions of two modes in one loop. The processor then does each operation for both modes
+  /// at once.
   static void run(const Lane& a, const Lane& b, Eigen::Ref<VectorXd> of_a, Eigen::Ref<VectorXd> of_b) {
     using Two = Eigen::Array2d;
     const Eigen::Matrix2d &from_a = a.mode.transition(), &from_b = b.mode.transition();
@@ -58,8 +62,8 @@ ModeResponse::ModeResponse(const SampledDataset& dataset, Index longest_delay)
   inputs_.rightCols<1>().setZero();
 }
 
-/// Begins at cycle `first`, counted from the first fitted cycle, in equilibrium with the previous input, plus
-/// `more`.
+/// Returns a mode at cycle `first`, counted from the first fitted cycle. The mode is in equilibrium with the
+/// previous input; free decays of the amplitudes `more` are added.
 ModeResponse::Lane ModeResponse::lane(const ModePoint& point, const Eigen::Ref<const VectorXd>& input,
                                       Index first, const Eigen::Vector2d& more) const {
   const double f = std::exp(point[0]);

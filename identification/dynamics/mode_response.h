@@ -1,9 +1,10 @@
-// The response of a mode to the inputs u_i of a sampled dataset, linear in its amplitudes:
+// Computes the response y of a second-order mode to the inputs u_i of a sampled dataset. The response is
+// linear in its amplitudes offset, drift, a, b and gain_i:
 //
 //   y = offset + drift t + a x_1 + b x_2 + sum_i gain_i x[u_i]
 //
-// x[u]: the mode driven by u, in equilibrium before the first fitted cycle. x_1, x_2: free decays from (x,
-// x') = (1, 0) and from (0, 2 pi f).
+//   x[u]       the mode driven by u, in equilibrium before the first fitted cycle
+//   x_1, x_2   free decays of the mode, from (x, x') = (1, 0) and from (0, 2 pi f), f: natural frequency
 #pragma once
 
 #include <Eigen/Core>
@@ -12,35 +13,40 @@
 
 namespace hystcan::identification {
 
-/// log(f / Hz), log zeta, d / T.
+/// A mode with a delay: log of the frequency in Hz, log of the damping ratio, and delay in cycles.
 using ModePoint = Eigen::Vector3d;
 
-// The columns of the linear part; each input has one column, starting at `gain`.
+// The columns of the linear part, one for each amplitude. Column `gain` belongs to the first input; the other
+// inputs follow.
 enum Amplitude : Eigen::Index { offset, drift, free_position, free_velocity, gain };
 
 class ModeResponse {
  public:
-  /// Prepares responses for delays from -1 to `longest_delay` cycles. `dataset` must outlive the object.
+  /// Prepares responses for delays from -1 to `longest_delay` cycles. `dataset` must exist as long as the
+  /// object.
   ModeResponse(const SampledDataset& dataset, Eigen::Index longest_delay);
 
   Eigen::MatrixXd columns(const ModePoint& point) const;
-  /// Returns sum_i gain_i x[u_i]. Here and below, `amplitudes` contains the amplitudes of all columns.
+  /// Returns the part of the response that the inputs drive, without offset, drift and free decays.
+  /// `amplitudes` has one element for each column of columns(), here and below.
   Eigen::VectorXd driven(const ModePoint& point, const Eigen::VectorXd& amplitudes) const;
 
-  /// Return dy / dp, the derivatives of the response by the mode point for constant amplitudes: of the whole
-  /// response, and of its driven part only. By central differences, with an error of order 1e-10.
+  /// Return the derivatives of the response by frequency, damping and delay (a ModePoint), with constant
+  /// amplitudes. slope() is for the whole response without offset and drift; driven_slope() is for the part
+  /// that the inputs drive. Computed by central differences, with an error of order 1e-10.
   using Slope = Eigen::Matrix<double, Eigen::Dynamic, 3>;
   Slope slope(const ModePoint& point, const Eigen::VectorXd& amplitudes) const;
   Slope driven_slope(const ModePoint& point, const Eigen::VectorXd& amplitudes) const;
 
-  /// Returns x[u_0] for a delay of less than a cycle, in all cycles (with a row or not) from `longest_delay`
-  /// before the first fitted cycle to one after the last. For m more cycles of delay, use the segment that
-  /// starts at `longest_delay` - m.
+  /// Returns the response to the first input alone, for a delay of less than a cycle. It has one value per
+  /// cycle (with or without a row), from `longest_delay` cycles before the first fitted cycle to one cycle
+  /// after the last one. For a delay that is m cycles longer, use the values from index `longest_delay` - m
+  /// on.
   Eigen::VectorXd long_response(const ModePoint& point) const;
 
  private:
   struct Lane;
-  /// `more`: amplitudes of the free decays.
+  /// Returns a simulation that begins at cycle `first`. `more`: amplitudes of the free decays.
   Lane lane(const ModePoint& point, const Eigen::Ref<const Eigen::VectorXd>& input, Eigen::Index first,
             const Eigen::Vector2d& more) const;
   Eigen::VectorXd combined_input(const Eigen::VectorXd& amplitudes) const;
@@ -50,8 +56,8 @@ class ModeResponse {
 
   const SampledDataset& dataset_;
   Eigen::Index longest_delay_;
-  // Inputs of all cycles, of some cycles before and after them in which the drive rests, and zeros after
-  // these.
+  // The inputs in all cycles, one column for each input. Some rows before and after repeat the first and the
+  // last input: the drive rests there. The last column is zero, for free decays.
   Eigen::MatrixXd inputs_;
 };
 

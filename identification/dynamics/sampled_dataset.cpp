@@ -12,8 +12,8 @@ namespace {
 constexpr std::size_t fewest_rows = 30;
 constexpr Eigen::Index fewest_fitted = 20;
 
-/// Returns the first row, starting at row `from`, at which `drive` has visited both ends of its range; the
-/// number of rows if it never does.
+/// Returns the first row at which the drive has visited both ends of its range since the row `from`. Returns
+/// the number of rows if the drive does not visit both ends.
 Eigen::Index row_after_both_ends(const Eigen::VectorXd& drive, Eigen::Index from) {
   const double lo = drive.minCoeff(), hi = drive.maxCoeff(), near = 0.02 * (hi - lo);
   bool was_low = false, was_high = false;
@@ -25,7 +25,7 @@ Eigen::Index row_after_both_ends(const Eigen::VectorXd& drive, Eigen::Index from
   return drive.size();
 }
 
-/// Returns the drive, followed by the columns w_i.
+/// Returns the drive, followed by one column for the loop of each play operator (w_i in sampled_dataset.h).
 Eigen::MatrixXd with_loops(const Eigen::VectorXd& drive) {
   const double middle = 0.5 * (drive.minCoeff() + drive.maxCoeff());
   const double half_range = drive.maxCoeff() - middle;
@@ -44,13 +44,13 @@ Eigen::MatrixXd with_loops(const Eigen::VectorXd& drive) {
   return inputs;
 }
 
-// True if the drive has only two levels. Such a drive has no loop, and its earlier rows do not matter.
+// Returns true if the drive has only two levels. The response to such a drive has no loop.
 bool is_of_two_levels(const Eigen::VectorXd& drive) {
   const double lo = drive.minCoeff(), hi = drive.maxCoeff(), near = 0.02 * (hi - lo);
   return ((drive.array() <= lo + near) || (drive.array() >= hi - near)).all();
 }
 
-/// Sets the rows that start at s.first.
+/// Sets cycles, output and time of the rows from s.first on.
 void fit_rows_of(const Dataset& dataset, const Grid& grid, SampledDataset& s) {
   const auto begin = std::ranges::lower_bound(grid.cycles, s.first);
   for (auto cycle = begin; cycle != grid.cycles.end(); ++cycle) s.cycles.push_back(*cycle - s.first);
@@ -69,7 +69,8 @@ void fit_rows_of(const Dataset& dataset, const Grid& grid, SampledDataset& s) {
 }  // namespace
 
 Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd& values) {
-  const Eigen::VectorXd about_mean = values.array() - values.mean();  // the mean of the times is zero
+  // Valid because the mean of `time` is zero.
+  const Eigen::VectorXd about_mean = values.array() - values.mean();
   return about_mean - time * (time.dot(about_mean) / time.squaredNorm());
 }
 

@@ -1,20 +1,21 @@
-// A dataset for the fit of a mode: evenly sampled, with a drive that moves, in units of order one.
+// Prepares a dataset for the fit of a mode. The result is evenly sampled, its drive moves, and its numbers
+// are of order one.
 //
-// Cycles may be missing: the times are then whole multiples of a cycle T. The drive of a cycle without a row
-// is unknown; the drive of the previous row replaces it, which is exact if the drive rests. Only cycles with
-// a row are fitted.
+// Cycles may be missing: the time between two rows is then a multiple of the cycle length T. In a cycle
+// without a row, the drive is unknown; it is replaced by the drive of the previous row. This is exact if the
+// drive rests. Only cycles with a row are fitted.
 //
-// Until the drive has visited both ends of its range, the response depends on a history that is not in the
-// dataset. These rows are not fitted if the drive visits both ends again later. After them the hysteresis of
-// the small signal consists of closed loops. It is modelled as a Prandtl-Ishlinskii operator: the drive u,
-// and play operators P_i of u with fixed thresholds r_i, where 2 R is the range of the drive. Each play is
-// used as its difference w_i from its chord:
+// Before the drive has visited both ends of its range, the response depends on a history that is not in the
+// dataset. The rows before that time are not fitted, unless the drive never visits both ends again. In the
+// fitted rows, the hysteresis of the small signal consists of closed loops. The loops are modelled by play
+// operators P_i of the drive u (Prandtl-Ishlinskii), with thresholds r_i. 2 R is the range of the drive. Each
+// play is used as its difference w_i from a straight line:
 //
 //   r_i = R/4, R/2, 3R/4
 //   w_i = P_i[u] - (1 - r_i / R) u + constant        (zero at both ends of the loop)
 //
-// The coefficient of the drive is therefore the gain from end to end. If the drive has only two levels, the
-// w_i are zero and are omitted.
+// The coefficient of the drive in the fit is therefore the gain from end to end of the loop. If the drive has
+// only two levels, all w_i are zero and are left out.
 #pragma once
 
 #include <Eigen/Core>
@@ -27,26 +28,28 @@ namespace hystcan::identification {
 
 struct SampledDataset {
   double cycle_s = 0.0;
-  double drive_scale = 1.0;          ///< input units: largest distance from the drive of the first row
-  double output_scale = 1.0;         ///< output units: standard deviation from a straight line
-  Eigen::Index first = 0;            ///< the cycle of the dataset in which the fit begins
-  Eigen::MatrixXd inputs;            ///< in each cycle: (input - input of row 0) / drive_scale, then the w_i
+  double drive_scale = 1.0;   ///< largest distance of the input from the input of row 0, input units
+  double output_scale = 1.0;  ///< standard deviation of the output from a straight line, output units
+  Eigen::Index first = 0;     ///< cycle in which the fit begins, counted from row 0
+  /// In each cycle: (input - input of row 0) / drive_scale, then one column for the loop of each play.
+  Eigen::MatrixXd inputs;
   std::vector<Eigen::Index> cycles;  ///< cycle of each fitted row, counted from `first`
-  Eigen::VectorXd time;              ///< time of each fitted row: range 2, mean 0
-  Eigen::VectorXd output;            ///< output of each fitted row: (output - mean) / output_scale
+  Eigen::VectorXd time;    ///< time of each fitted row, scaled so that it covers a range of 2 with the mean 0
+  Eigen::VectorXd output;  ///< output of each fitted row: (output - mean) / output_scale
 
   Eigen::Index rows() const { return time.size(); }
   Eigen::Index cycle_of(Eigen::Index row) const { return cycles[static_cast<std::size_t>(row)]; }
-  /// Returns the number of cycles from `first` to the last one.
+  /// Returns the number of cycles from `first` to the end of the dataset.
   Eigen::Index length() const { return inputs.rows() - first; }
   double duration_s() const { return static_cast<double>(length() - 1) * cycle_s; }
 };
 
-/// Throws std::invalid_argument if there are too few rows, if grid_of() does, or if a column is constant. The
-/// fit begins `longest_delay_cycles` after the drive has visited both ends.
+/// Prepares the dataset. The fit begins `longest_delay_cycles` + 1 cycles after the drive has visited both
+/// ends of its range. Throws std::invalid_argument if there are too few rows, if the dataset is not evenly
+/// sampled (grid_of()), if the input is constant, or if the output is a straight line.
 SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles);
 
-/// Returns the difference of `values` from a straight line.
+/// Returns the values without their best straight line. `time` must have the mean 0.
 Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd& values);
 
 }  // namespace hystcan::identification

@@ -30,14 +30,15 @@ Box searched(const SampledDataset& dataset) {
           {std::log(largest_frequency_cycles / dataset.cycle_s), std::log(5.0), largest_delay_cycles}};
 }
 
-/// The best linear part for given (f, zeta, d).
+/// The best linear part (offset, drift, gain, free decays) of a fit, for a given frequency, damping ratio and
+/// delay.
 struct Projection {
   OrthonormalColumns columns;
   Eigen::VectorXd coefficients;
-  Eigen::VectorXd residual;  ///< output minus fitted
+  Eigen::VectorXd residual;  ///< measured output minus fitted output
 };
 
-/// A dataset and the response of modes to it.
+/// A dataset, with an object that computes the response of a mode to its inputs.
 struct Task {
   explicit Task(SampledDataset sampled)
       : dataset(std::move(sampled)), response(dataset, largest_delay_cycles) {}
@@ -49,7 +50,8 @@ struct Task {
     auto [coefficients, residual] = columns.solve(dataset.output);
     return {std::move(columns), std::move(coefficients), std::move(residual)};
   }
-  /// Returns the derivatives of the residual, without the derivatives of the coefficients (Kaufman 1975).
+  /// Returns the derivatives of the residual by frequency, damping ratio and delay. The derivatives of the
+  /// linear coefficients are neglected (Kaufman 1975).
   ModeResponse::Slope residual_slope(const Point& point, const Projection& at) const {
     ModeResponse::Slope slope = -response.slope(point, at.coefficients);
     at.columns.remove_from(slope);
@@ -65,8 +67,8 @@ struct LocalMinimum {
   double sum_of_squares;
 };
 
-/// Applies Levenberg-Marquardt until no step is longer than `resolution`. A coordinate whose limits in `box`
-/// are equal stays fixed.
+/// Finds a minimum of the sum of squares by Levenberg-Marquardt. Ends when a step is shorter than
+/// `resolution`. A coordinate stays fixed if its two limits in `box` are equal.
 LocalMinimum descend(const Task& task, const Box& box, const Point& start, double resolution) {
   Projection at = task.project(start);
   LocalMinimum best{start, at.residual.squaredNorm()};
@@ -100,7 +102,7 @@ LocalMinimum descend(const Task& task, const Box& box, const Point& start, doubl
   return best;
 }
 
-/// Returns lo, lo + step, ... up to hi.
+/// Returns the numbers lo, lo + step, lo + 2 step and so on, up to hi.
 std::vector<double> steps(double lo, double hi, double step) {
   std::vector<double> values(static_cast<std::size_t>(std::max(0.0, std::floor((hi - lo) / step + 1e-9))) +
                              1);
@@ -108,13 +110,14 @@ std::vector<double> steps(double lo, double hi, double step) {
   return values;
 }
 
-// The linear part of the grid consists only of offset, drift and gain. A delay of more whole cycles shifts
-// the same response, so that a point costs only a few products of vectors.
+// Returns the points of a grid, the best one first. Here the linear part of the fit has only offset, drift
+// and gain. A delay that is longer by whole cycles only shifts the response, so that a point of the grid
+// costs only a few products of vectors.
 std::vector<LocalMinimum> grid(const Task& task, const Box& box) {
   constexpr double frequency_ratio = 1.15;
   const SampledDataset& dataset = task.dataset;
   const Eigen::VectorXd output = without_line(dataset.time, dataset.output);
-  // A cycle without a row does not count.
+  // A cycle without a row has zeros in all three columns, so that it does not count.
   Eigen::MatrixXd against = Eigen::MatrixXd::Zero(dataset.length(), 3);
   against(dataset.cycles, 0).setConstant(1.0 / std::sqrt(static_cast<double>(dataset.rows())));
   against(dataset.cycles, 1) = dataset.time.normalized();
@@ -141,7 +144,8 @@ std::vector<LocalMinimum> grid(const Task& task, const Box& box) {
   return places;
 }
 
-/// Returns the best few points of the grid that are not close together.
+/// Returns the starts for the fit: a few of the best points of the grid, but no two points that are close
+/// together.
 std::vector<Point> starts(const Task& task, const Box& box) {
   constexpr std::size_t most = 6;
   std::vector<Point> chosen;
@@ -156,11 +160,11 @@ std::vector<Point> starts(const Task& task, const Box& box) {
   return chosen;
 }
 
-// Returns points with almost the same samples as `point`. The mirror image of f at half the sampling rate has
-// the same decay per second, zeta omega, and almost the same samples with another delay. Near half the
-// sampling rate, the mode itself with another delay is such a point too.
+// Returns points that give almost the same samples as `point`. The first kind is the same frequency f with
+// another delay. The second kind is the mirror image of f at half the sampling rate, with another delay and
+// the same decay per second: samples cannot distinguish f from this image.
 std::vector<Point> similar_points(const Task& task, const Box& box, const Point& point) {
-  constexpr double reach = 1.5, spacing = 0.1;  // cycles
+  constexpr double reach = 1.5, spacing = 0.1;  // in cycles
   const double f = std::exp(point[0]);
   const double image = std::max(1.0 / task.dataset.cycle_s - f, std::exp(box.lo[0]));
   std::vector<Point> found;
@@ -182,7 +186,7 @@ std::vector<Point> similar_points(const Task& task, const Box& box, const Point&
   return found;
 }
 
-/// Returns all minima, the best one first.
+/// Returns all minima of the sum of squares that were found, the best one first.
 std::vector<LocalMinimum> minima(const Task& task, const Box& box) {
   constexpr int most_refinements = 3;
   constexpr double coarse = 1e-6, fine = 1e-11;
@@ -200,8 +204,8 @@ std::vector<LocalMinimum> minima(const Task& task, const Box& box) {
   return found;
 }
 
-// Uses the sensitivity of the driven response only: a free decay follows any line in the noise and would
-// indicate a frequency even if the drive does not excite it.
+// Computes standard errors from the sensitivity of the driven response alone. A free decay can follow any
+// line in the noise. It would seem to determine the frequency even if the drive does not excite the mode.
 Confidence confidence_at(const Task& task, const Point& point, const Projection& at) {
   Eigen::MatrixXd sensitivity(task.dataset.rows(), 3 + at.coefficients.size());
   sensitivity.leftCols<3>() = task.response.driven_slope(point, at.coefficients);
@@ -209,15 +213,16 @@ Confidence confidence_at(const Task& task, const Point& point, const Projection&
   return confidence_of(sensitivity, at.residual, 3);
 }
 
-/// Returns the dataset without noise: its output is the driven response of the best mode.
+/// Returns the dataset with an ideal output: the response of the best mode to the inputs, without noise.
 SampledDataset only_driven(const Task& task, const Point& point, const Projection& at) {
   SampledDataset dataset = task.dataset;
   dataset.output = task.response.driven(point, at.coefficients);
   return dataset;
 }
 
-/// Returns how far `coordinate` can move from `point` in the direction of `longest`, and at most that
-/// far, before no mode responds to the drive like the mode at `point`. Steps increase by a factor of two.
+/// Returns how far one coordinate (frequency, damping ratio or delay) can move from `point` towards
+/// `longest`, while some mode still responds to the drive nearly as the mode at `point`: its sum of squares
+/// is at most `as_good`. The distance doubles from try to try, up to `longest`.
 double profile_reach(int coordinate, double longest, const Task& response, Box box, const Point& point,
                      double as_good) {
   constexpr int halvings = 8;
@@ -236,9 +241,10 @@ double profile_reach(int coordinate, double longest, const Task& response, Box b
   return longest;
 }
 
-// Near half the sampling rate, the samples depend only on the square of the distance of f from it. Their
-// sensitivity to f vanishes there, and the standard error is meaningless. A wide interval is therefore
-// searched in the response itself.
+// Returns the confidence interval of one coordinate. Usually it is +-1.96 standard errors. But near half the
+// sampling rate, the samples depend only on the square of the distance from half the sampling rate. The
+// sensitivity to the frequency is zero there, and the standard error has no meaning. A wide interval is
+// therefore limited by a search, profile_reach().
 model::Interval around(int coordinate, const Box& box, const Task& response, const Point& point,
                        const Confidence& confidence) {
   constexpr double wide = 0.01;
@@ -250,7 +256,8 @@ model::Interval around(int coordinate, const Box& box, const Task& response, con
           point[coordinate] + profile_reach(coordinate, longest, response, box, point, confidence.as_good())};
 }
 
-/// Returns the interval of log f, log zeta or d / T around the best minimum and all equally good minima.
+/// Returns the confidence interval of one coordinate: log of the frequency, log of the damping ratio, or
+/// delay in cycles. It contains the best minimum and all equally good minima.
 model::Interval interval_of(int coordinate, const Box& box, const Task& response,
                             const std::vector<LocalMinimum>& found, const Confidence& confidence) {
   model::Interval interval = around(coordinate, box, response, found.front().point, confidence);
@@ -260,7 +267,8 @@ model::Interval interval_of(int coordinate, const Box& box, const Task& response
     interval.lo = std::min(interval.lo, other.point[coordinate]);
     interval.hi = std::max(interval.hi, other.point[coordinate]);
   }
-  // If the dataset does not determine the parameter, the interval is the whole searched range.
+  // The interval is at most the searched range. It is the whole range if the dataset does not determine the
+  // coordinate.
   return {std::max(interval.lo, box.lo[coordinate]), std::min(interval.hi, box.hi[coordinate])};
 }
 
@@ -284,7 +292,7 @@ std::string range_of(const Estimate& estimate) {
 }
 
 bool is_determined(const Estimate& estimate, double largest_ratio) {
-  return estimate.hi < largest_ratio * estimate.lo;  // false for NaN
+  return estimate.hi < largest_ratio * estimate.lo;  // also false if a limit is NaN
 }
 
 void check_determined(const SecondOrderFit& fit, const Point& point, const Box& box) {

@@ -6,31 +6,35 @@
 
 namespace hystcan::identification {
 
-// These functions use the complete orthogonal decomposition of a matrix of any shape,  A P = Q [T 0; 0 0] Z.
-// A pivot below `rank_tolerance` of the largest one counts as zero.
+// The following functions solve A x = b, or a least-squares problem with the matrix A, which may have any
+// shape and rank. They use the complete orthogonal decomposition of A. A pivot below `rank_tolerance` of the
+// largest pivot counts as zero.
 //
-// G. H. Golub, C. F. Van Loan, "Matrix Computations", section 5.5. The required templates of Eigen are large:
-// they are compiled here once, not in each source that solves a linear system.
+// G. H. Golub, C. F. Van Loan, "Matrix Computations", section 5.5. The required templates of Eigen take long
+// to compile. They are compiled once, here, and not in each source that solves a linear system.
 
 Eigen::Index rank_of(const Eigen::MatrixXd& a, double rank_tolerance);
-/// Returns the shortest x that minimises |A x - b|.
+/// Returns the x that minimises |A x - b|. If several x do, returns the shortest of them.
 Eigen::VectorXd shortest_solution(const Eigen::MatrixXd& a, const Eigen::VectorXd& b, double rank_tolerance);
-/// Returns the pseudo-inverse A^+ (Moore, Penrose).
+/// Returns the pseudo-inverse of A (Moore, Penrose).
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a, double rank_tolerance);
 
-/// A tall matrix as the product of orthonormal columns and a triangle, by modified Gram-Schmidt:  A = Q R.
+/// A tall matrix A as a product A = Q R: Q has orthonormal columns, and R is an upper triangle. The method is
+/// modified Gram-Schmidt.
 ///
-/// With b as one more column, the solution of least squares is as accurate as with Householder's reflections
-/// (A. Bjorck, "Solving linear least squares problems by Gram-Schmidt orthogonalization", BIT 7, 1967). For a
-/// few columns of many rows it costs one product and one sum of vectors for each pair of columns.
+/// If b is treated like one more column, the least-squares solution is as accurate as with Householder's
+/// reflections (A. Bjorck, "Solving linear least squares problems by Gram-Schmidt orthogonalization", BIT 7,
+/// 1967). For a few columns with many rows, the method is fast: it needs one product and one sum of vectors
+/// for each pair of columns.
 class OrthonormalColumns {
  public:
-  /// A column that depends on the columns before it, to 1e-15 of its length, becomes zero.
+  /// Decomposes the matrix. A column that depends on the columns before it, to 1e-15 of its length, is
+  /// replaced by zero.
   explicit OrthonormalColumns(Eigen::MatrixXd columns);
 
-  /// Returns the x that minimises |A x - b|, with 0 for the columns that depend on others; and b - A x.
+  /// Returns the x that minimises |A x - b|, and the residual b - A x. The x of a dependent column is 0.
   std::pair<Eigen::VectorXd, Eigen::VectorXd> solve(Eigen::VectorXd b) const;
-  /// Replaces each column of `b` by its part that is orthogonal to A.
+  /// Subtracts from each column of `b` its projection onto the columns of A. The result is orthogonal to A.
   void remove_from(Eigen::Ref<Eigen::MatrixXd> b) const;
 
  private:

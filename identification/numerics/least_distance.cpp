@@ -12,7 +12,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-constexpr double parallel = 1e-11;  // minimum share of g that is independent of the active inequalities
+// Minimum part of g that is independent of the active inequalities, relative to |g|.
+constexpr double parallel = 1e-11;
 
 }  // namespace
 
@@ -27,7 +28,8 @@ VectorXd LeastDistance::in_triangle(const VectorXd& of) const {
 
 bool LeastDistance::meet(const VectorXd& g, double h) {
   double multiplier = 0.0;
-  for (Index exchanges = 10 * (z_.size() + 1); exchanges > 0; --exchanges) {  // far more than ever needed
+  // A limit for safety, far higher than the number of exchanges that is ever needed.
+  for (Index exchanges = 10 * (z_.size() + 1); exchanges > 0; --exchanges) {
     const double lacking = h - g.dot(z_);
     if (lacking <= 0.0) return true;
     const VectorXd components = q_.transpose() * g;
@@ -35,8 +37,8 @@ bool LeastDistance::meet(const VectorXd& g, double h) {
     const double independent = components.tail(free).squaredNorm();
     const bool can_move = independent > parallel * parallel * g.squaredNorm();
     const VectorXd relief = in_triangle(components);
-    // How far the multiplier can grow until an active inequality becomes inactive, and until this one is
-    // satisfied.
+    // The multiplier of the new inequality grows by a step. The step ends when an active inequality becomes
+    // inactive (until_leaving), or when the new inequality is satisfied (until_met).
     double until_leaving = std::numeric_limits<double>::infinity();
     std::size_t leaving = 0;
     for (std::size_t i = 0; i < multipliers_.size(); ++i)
@@ -61,7 +63,8 @@ bool LeastDistance::meet(const VectorXd& g, double h) {
   return false;
 }
 
-/// `components`: components of g along the columns of q_. Rotates those beyond the next column to zero.
+/// Makes an inequality active. `components`: components of its vector g along the columns of q_. Rotates the
+/// columns of q_ so that all components after the next column become zero.
 void LeastDistance::enter(const VectorXd& components) {
   const Index place = in_force();
   VectorXd of = components;

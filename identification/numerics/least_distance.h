@@ -1,10 +1,11 @@
-// Finds the shortest vector that satisfies linear inequalities, which are given one after the other:
+// Finds the shortest vector z that satisfies linear inequalities. The inequalities are given one after the
+// other:
 //
 //   min |z|,     g_i . z >= h_i
 //
-// Dual active-set method: each inequality that z violates moves z to the shortest vector that satisfies it
-// and the active inequalities; some of these may become inactive. |z| never falls, so the method terminates.
-// With n unknowns an inequality costs O(n^2).
+// The method is a dual active-set method. If z violates a new inequality, z moves to the shortest vector that
+// satisfies the new inequality and the active ones. In this move, some active inequalities may become
+// inactive. |z| never decreases, so that the method ends. With n unknowns, an inequality costs O(n^2).
 //
 // D. Goldfarb, A. Idnani, "A numerically stable dual method for solving strictly convex quadratic programs",
 // Mathematical Programming 27, 1983; here with the unit matrix as the quadratic form.
@@ -21,9 +22,9 @@ class LeastDistance {
 
   const Eigen::VectorXd& z() const { return z_; }
 
-  /// Adds the inequality g . z >= h. `g` must not be zero. Returns false, and leaves z undefined, if no z
-  /// satisfies it together with the active ones. An inequality that has become inactive may be violated again
-  /// and must then be added again.
+  /// Adds the inequality g . z >= h and updates z. `g` must not be zero. Returns false if no z satisfies this
+  /// inequality together with the active ones; z is then undefined. A later call may make an inequality
+  /// inactive and violate it. In that case the caller must add the inequality again.
   bool meet(const Eigen::VectorXd& g, double h);
 
  private:
@@ -33,8 +34,9 @@ class LeastDistance {
   void drop(std::size_t place);
 
   Eigen::VectorXd z_;
-  Eigen::MatrixXd q_;  // orthogonal; its first columns span the g of the active inequalities
-  Eigen::MatrixXd r_;  // triangle: these g in the basis of these columns
+  Eigen::MatrixXd q_;  // orthogonal matrix; its first columns span the vectors g of the active inequalities
+  // Upper triangle: the vectors g of the active inequalities, as components along the first columns of q_.
+  Eigen::MatrixXd r_;
   std::vector<double> multipliers_;
 };
 

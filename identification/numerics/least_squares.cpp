@@ -17,9 +17,10 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-// Minimum share of a column's length that is independent of the columns in use.
+// A column is dependent if a smaller share of its length is independent of the columns in use.
 constexpr double dependent = 1e-12;
-constexpr double no_gain = 10.0 * std::numeric_limits<double>::epsilon();  // minimum gain, relative to |b|
+// Minimum decrease of the residual that counts, relative to |b|.
+constexpr double no_gain = 10.0 * std::numeric_limits<double>::epsilon();
 
 std::vector<bool> marked(const std::vector<Index>& free, Index columns) {
   std::vector<bool> is_free(static_cast<std::size_t>(columns), false);
@@ -31,7 +32,7 @@ std::vector<bool> marked(const std::vector<Index>& free, Index columns) {
   return is_free;
 }
 
-// A and b, transformed so that the columns in use are triangular.
+// The matrix A and the right side b, transformed so that the columns in use are an upper triangle.
 class Triangular {
  public:
   Triangular(MatrixXd a, VectorXd b) : a_(std::move(a)), b_(std::move(b)), lengths_(a_.colwise().norm()) {}
@@ -41,8 +42,8 @@ class Triangular {
   bool uses(Index j) const { return std::ranges::find(used_, j) != used_.end(); }
   bool independent(Index j) const { return a_.col(j).tail(below()).norm() > dependent * lengths_[j]; }
 
-  /// Returns the square root of the decrease of |rest|^2 with column j alone; negative if its unknown would
-  /// be negative.
+  /// Returns by how much column j, added alone, would lower the residual: the square root of the decrease of
+  /// its square. Returns a negative number if the unknown of the column would be negative.
   double gain(Index j) const {
     const auto left = a_.col(j).tail(below());
     return left.dot(b_.tail(below())) / left.norm();
@@ -70,7 +71,7 @@ class Triangular {
     }
   }
 
-  /// Returns the unknowns of the columns in use, in the order of entry.
+  /// Returns the least-squares solution for the columns in use, in the order in which they entered.
   VectorXd solution() const {
     const Index n = in_use();
     MatrixXd triangle(n, n);
@@ -97,7 +98,8 @@ class ActiveSet {
     settle();
   }
 
-  /// Adds the best column to the set in use. Returns false if no column lowers the residual.
+  /// Adds the column that lowers the residual most to the columns in use. Returns false if no column lowers
+  /// the residual.
   bool improve() {
     Index best = -1;
     double most = least_gain_;
@@ -117,8 +119,8 @@ class ActiveSet {
  private:
   bool is_free(Index j) const { return is_free_[static_cast<std::size_t>(j)]; }
 
-  // Moves towards the least-squares solution of the columns in use until an unknown becomes zero, removes its
-  // column, and repeats this until the solution is reached.
+  // Moves x towards the least-squares solution of the columns in use. If an unknown becomes zero on the way,
+  // removes its column and continues towards the new solution.
   void settle() {
     while (true) {
       const VectorXd wanted = triangular_.solution();
@@ -151,13 +153,14 @@ constexpr double dependent_tolerance = 1e-12;
 constexpr double pull_to_zero = 1e-7;
 constexpr double too_far = 1e6;
 
-// Returns the lengths of the columns; 1 for a zero column.
+// Returns the length of each column; returns 1 for a column of zeros.
 VectorXd scales(const MatrixXd& r) {
   VectorXd lengths = r.colwise().norm();
   return (lengths.array() > 0.0).select(lengths, 1.0);
 }
 
-// Reduces the first `rows` rows in place to an upper triangle. Returns the number of remaining rows.
+// Replaces the first `rows` rows by an equivalent upper triangle (QR decomposition). Returns the number of
+// rows of the triangle.
 Index reduce(MatrixXd& gathered, Index rows) {
   const Index left = std::min(rows, gathered.cols());
   Eigen::Ref<MatrixXd> block = gathered.topRows(rows);
@@ -166,7 +169,7 @@ Index reduce(MatrixXd& gathered, Index rows) {
   return left;
 }
 
-// G z >= h with rows of length one, without zero rows.
+// Inequalities G z >= h. Each row of G has the length one; rows of zeros are removed.
 struct Inequalities {
   MatrixXd g;
   VectorXd h;
@@ -187,7 +190,7 @@ Inequalities normalised(const MatrixXd& g, const VectorXd& h) {
   return kept;
 }
 
-// Returns the inequalities with dual[i] > 0: row i of G and h_i.
+// Returns the inequalities i with dual[i] > 0. They hold as equations in the solution.
 Inequalities active(const Inequalities& all, const VectorXd& dual) {
   const Index count = (dual.array() > 0.0).count();
   Inequalities selected{MatrixXd(count, all.g.cols()), VectorXd(count)};
@@ -199,8 +202,9 @@ Inequalities active(const Inequalities& all, const VectorXd& dual) {
   return selected;
 }
 
-// Solves  min |z|, G z >= h.  h is divided by the distance of the farthest inequality, so that |z| is of
-// order one. If this distance is only rounding, z = 0 is the solution.
+// Returns the shortest z with G z >= h, given as `all`. h is divided by its largest element, the distance of
+// the farthest inequality, so that |z| is of order one. If this distance is not larger than `rounding`,
+// returns z = 0.
 VectorXd least_distance(const Inequalities& all, double rounding) {
   const Index n = all.g.cols();
   const double farthest = all.h.size() == 0 ? 0.0 : all.h.maxCoeff();
@@ -209,7 +213,8 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   dual << all.g.transpose(), all.h.transpose() / farthest;
   const VectorXd last_unit = VectorXd::Unit(n + 1, n);
   const VectorXd u = solve_nonnegative(dual, last_unit);
-  const double squared = (dual * u - last_unit).squaredNorm();  // 1 / (1 + |z|^2), z scaled
+  // Equals 1 / (1 + |z|^2), with z in units of `farthest`.
+  const double squared = (dual * u - last_unit).squaredNorm();
   if (squared * too_far * too_far < 1.0)
     refuse("inequalities contradict each other, expected inequalities with a solution");
   const Inequalities tight = active(all, u);
@@ -223,8 +228,8 @@ Eigen::VectorXd solve_nonnegative(const Eigen::MatrixXd& a, const Eigen::VectorX
   if (a.rows() != b.size()) refuse(b.size(), " right-hand sides, expected ", a.rows(), ", one for each row");
   if (!a.allFinite() || !b.allFinite()) refuse("a coefficient is not finite, expected finite numbers");
   ActiveSet set(a, b, free);
-  // This limit is far higher than ever needed. Without it, rounding could exchange the same columns
-  // endlessly.
+  // This limit is far higher than ever needed. Without it, rounding errors could exchange the same columns
+  // forever.
   for (Index exchanges = 30 * (a.cols() + 1); exchanges > 0 && set.improve(); --exchanges) {
   }
   return set.x();
@@ -283,7 +288,8 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
     t = regularised.triangle();
   }
   const auto upper = t.r.triangularView<Eigen::Upper>();
-  const MatrixXd in_z = g.rows() == 0 ? g : MatrixXd(upper.solve<Eigen::OnTheRight>(g));  // G R^-1
+  // The inequalities for z: G R^-1.
+  const MatrixXd in_z = g.rows() == 0 ? g : MatrixXd(upper.solve<Eigen::OnTheRight>(g));
   const VectorXd limits = h - in_z * t.right;
   const VectorXd z = least_distance(normalised(in_z, limits), 1e-15 * t.right.norm());
   const VectorXd x = upper.solve(z + t.right);

@@ -25,7 +25,7 @@ Minimum evaluated(const NonlinearProblem& problem, const VectorXd& x) {
   return {x, values ? cost_of(problem, *values) : std::numeric_limits<double>::infinity()};
 }
 
-// The problem linearised at x, without the damping, which differs in each try.
+// A nonlinear problem, linearised at the point x. step() adds the damping, which differs from try to try.
 class Linearised {
  public:
   Linearised(const NonlinearProblem& problem, const VectorXd& x) : problem_(problem), x_(x), rows_(x.size()) {
@@ -50,8 +50,8 @@ class Linearised {
   VectorXd lengths_;
 };
 
-// Rounds to 1e-5, so that a function that does not depend on an unknown does not choose its value by rounding
-// errors.
+// Rounds to 1e-5 of the value. Without this, rounding errors would choose the value of an unknown on which
+// the function does not depend.
 double rounded(double value) {
   constexpr int bits = 17;
   int exponent = 0;
@@ -132,7 +132,8 @@ class Simplex {
   std::vector<Minimum> corners_;
 };
 
-/// Returns the weighted sum over lags, sum_l w_l sum_n g_n g_{n+l}'.
+/// Returns the sum of g_n g_{n+l}' over all rows n and lags l, with a weight that decreases with the lag. g_n
+/// is row n of `scores`.
 Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
   const Eigen::Index rows = scores.rows();
   const auto reach = static_cast<Eigen::Index>(std::sqrt(static_cast<double>(rows)));

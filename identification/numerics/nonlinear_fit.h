@@ -1,14 +1,18 @@
-// Searches for the unknowns of a nonlinear fit, and computes how well they are determined.
+// Finds the unknowns x of a nonlinear fit, and computes how well they are determined.
 //
-// Levenberg's method with linear inequalities: nonlinear least squares from a start near the solution.
+// improve() uses Levenberg's method with linear inequalities. It needs a start near the solution.
 //
 //   min sum_i w_i (f_i(x) - b_i)^2,     G x >= h
 //
-// Each step solves the problem linearised at x, with the inequalities and with damping rows
+//   f_i(x), b_i   value i of the model, and its wanted value
+//   w_i           weight of value i
 //
-//   sqrt(lambda) |J_j| dx_j = 0
+// Each step solves the problem linearised at x, with the inequalities. Additional rows damp the change dx of
+// the unknowns:
 //
-// If the sum does not fall, lambda increases tenfold and the step is repeated.
+//   sqrt(lambda) |J_j| dx_j = 0        J_j: derivatives by unknown j
+//
+// If the sum does not decrease, lambda becomes ten times larger and the step is repeated.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,10 +22,10 @@
 namespace hystcan::identification {
 
 struct NonlinearProblem {
-  /// Returns f(x); `nullopt` if x is not a valid model.
+  /// Returns the values of the model, f(x); returns `nullopt` if no valid model has the unknowns x.
   std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& x)> values;
   std::function<Eigen::MatrixXd(const Eigen::VectorXd& x)> jacobian;
-  Eigen::VectorXd wanted;  ///< b
+  Eigen::VectorXd wanted;  ///< values that the model should have (b)
   Eigen::VectorXd weight;
   Eigen::MatrixXd g;
   Eigen::VectorXd h;
@@ -29,19 +33,21 @@ struct NonlinearProblem {
 
 struct Minimum {
   Eigen::VectorXd x;
-  double value = 0.0;  ///< value of the function at x; for a fit: weighted sum of squares
+  double value = 0.0;  ///< value of the minimised function at x; for a fit, the weighted sum of squares
 };
 
-/// Makes at most `steps` steps that lower the sum, and ends earlier if the sum falls by less than a millionth
-/// of itself. The result is never worse than the start. The start must be valid (std::invalid_argument), but
-/// it may violate the inequalities.
+/// Lowers the weighted sum of squares in at most `steps` steps. Ends earlier if a step lowers the sum by less
+/// than a millionth. The result is never worse than the start. Throws std::invalid_argument if the start is
+/// not a valid model. The start may violate the inequalities.
 Minimum improve(const NonlinearProblem& problem, const Eigen::VectorXd& start, int steps);
 
-/// The downhill simplex method, for a few unknowns without derivatives. Starts from `start` with edges
-/// `step`. Ends when the values at all corners agree to the relative `tolerance`, or after `evaluations`. A
-/// function value that is not finite counts as infinite. The arguments of the function are x and a limit: it
-/// may return infinity if its value is the limit or more. `go_on` is called before each move of the simplex;
-/// if it returns false, the search ends with the best point so far.
+/// Minimises a function of a few unknowns without derivatives, by the downhill simplex method. The simplex
+/// begins at `start` and has edges of the lengths `step`. The search ends when the values at all corners
+/// agree to the relative `tolerance`, or after `evaluations` calls.
+///
+/// The arguments of the function are x and a limit. If its value is not below the limit, the function may
+/// return infinity. A value that is not finite counts as infinity. `go_on` is called before each move of the
+/// simplex; if it returns false, the search ends with the best point so far.
 ///
 /// J. A. Nelder, R. Mead, "A simplex method for function minimization", Computer Journal 7, 1965; with the
 /// coefficients of F. Gao, L. Han (2012), which depend on the number of unknowns.
@@ -49,28 +55,32 @@ Minimum minimise(const std::function<double(const Eigen::VectorXd&, double)>& fu
                  const Eigen::VectorXd& start, const Eigen::VectorXd& step, double tolerance, int evaluations,
                  const std::function<bool()>& go_on);
 
-/// How well a record determines the unknowns of a fit, with correlated residuals.
+/// A normally distributed error is within this many standard errors, to each side, with a probability of 95
+/// %.
+inline constexpr double two_sided_95 = 1.96;
+
+struct Confidence {
+  /// Standard error of each unknown, in the order of the columns of the Jacobian.
+  Eigen::VectorXd standard_error;
+  double variance = 0.0;  ///< variance of a residual, multiplied by the effect of correlated residuals
+
+  /// Returns the largest difference of two sums of squares that is not significant: both fits are then
+  /// equally good.
+  double as_good() const { return two_sided_95 * two_sided_95 * variance; }
+};
+
+/// Computes how well a record determines the unknowns of a fit, if the residuals may be correlated.
+/// `jacobian` has a row for each residual and a column for each unknown. `variance` depends on the first
+/// `unknowns` columns only.
 ///
-/// With J the derivatives of the fitted output, r the residuals and g_n = J_n r_n,
+/// With J the Jacobian, J_n its row n, r the N residuals, s^2 their variance and g_n = J_n r_n, there are two
+/// formulas for the covariance of the unknowns:
 ///
 ///   cov = s^2 (J'J)^-1
 ///   cov = (J'J)^-1 [sum_l w_l sum_n g_n g_{n+l}'] (J'J)^-1,     w_l = 1 - |l| / (L + 1),  L = sqrt(N)
 ///
-/// The second formula is for correlated residuals (Newey and West 1987). The larger standard error of each
-/// unknown is used.
-///
-/// Standard errors to each side that contain 95 % of a normal distribution.
-inline constexpr double two_sided_95 = 1.96;
-
-struct Confidence {
-  Eigen::VectorXd standard_error;  ///< standard error of the unknown of each column of J
-  double variance = 0.0;           ///< s^2, multiplied by the effect of correlated residuals
-
-  /// Sums of squares with a smaller difference are equally good.
-  double as_good() const { return two_sided_95 * two_sided_95 * variance; }
-};
-
-/// J has a row for each residual. The effect of correlation is computed from the first `unknowns` columns.
+/// The second formula is for correlated residuals (Newey and West 1987). Each unknown gets the larger
+/// standard error of the two.
 Confidence confidence_of(const Eigen::MatrixXd& jacobian, const Eigen::VectorXd& residual,
                          Eigen::Index unknowns);
 
