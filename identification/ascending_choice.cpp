@@ -23,7 +23,8 @@ using model::ReferenceCurve;
 constexpr int longest_curve = 32;  // maximum order of a reference curve
 constexpr std::size_t grid_steps = 400;
 
-/// Returns the convergence g at v: 1 at the lower threshold, 0 at the upper one.
+/// Returns the convergence function g at the input v. It is 1 at the lower threshold and falls to 0 at the
+/// upper one.
 double convergence(const HysteresisParameters& p, double v) {
   const Interval range = p.input_range();
   const double whole = p.place(range.hi) - p.place(range.lo), rest = p.place(range.hi) - p.place(v);
@@ -41,7 +42,8 @@ double branch_from_lower(const HysteresisParameters& p, double v) {
   return p.ascending.value(v) + gap(p) * convergence(p, v);
 }
 
-/// Returns the curve plus a straight line that makes both ends exact.
+/// Returns the curve with the coefficients `c`, plus a straight line that makes the values at both thresholds
+/// exact. `one` and `line` are the coefficients of the constant 1 and of a line from -1 to 1.
 ReferenceCurve with_exact_ends(const HysteresisParameters& p, std::vector<double> c,
                                const std::vector<double>& one, const std::vector<double>& line) {
   const Interval range = p.input_range();
@@ -53,7 +55,8 @@ ReferenceCurve with_exact_ends(const HysteresisParameters& p, std::vector<double
   return p.ascending.with(c);
 }
 
-/// Interpolates at the zeros of a Chebyshev polynomial.
+/// Returns a polynomial that equals the branch from the lower threshold at the zeros of a Chebyshev
+/// polynomial.
 ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   const Interval range = p.input_range();
   const auto count = static_cast<std::size_t>(order) + 1;
@@ -70,7 +73,8 @@ ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   return with_exact_ends(p, std::move(c), one, line);
 }
 
-/// Fits by least squares, with the same knots.
+/// Returns the spline that is closest to the branch from the lower threshold, by least squares. The knots do
+/// not change.
 ReferenceCurve spline_near(const HysteresisParameters& p) {
   const std::vector<double>& knots = p.ascending.knots();
   const std::vector<double> at = model::grid_of(p.input_range(), knots, grid_steps);

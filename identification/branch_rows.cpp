@@ -9,7 +9,8 @@ double phi(double k, double d) { return std::abs(k * d) > 1e-17 ? -std::expm1(-k
 
 }  // namespace
 
-// Computes c and S at each reversal, as in model/hysteresis.h, for each unknown.
+// Computes offset c and coefficient S of each branch at its reversal (model/hysteresis.h), as rows of the
+// linear problem.
 BranchRows::BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace)
     : basis_(basis), pace_(pace) {
   const auto count = static_cast<Eigen::Index>(path.branches.size());

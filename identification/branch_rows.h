@@ -1,9 +1,11 @@
-// Outputs and slopes along a path for a given k, as rows of the linear problem in theta. theta contains the
-// coefficients of the reference curves (curve_basis.h). On each branch of a path
+// Computes outputs and slopes along a path, for a given convergence rate k, as rows of a linear problem in
+// the vector theta. theta contains the coefficients of the reference curves (curve_basis.h). On each branch
+// of a path, the output is
+//
 //   x = f_0(v) + c - S phi(d),    d = |h(v) - h(v_s)|
 //
-// c and S are linear in theta (model/hysteresis.h). Each branch has one row for c and one for S, computed at
-// its reversal.
+// (symbols: model/hysteresis.h). The offset c and the coefficient S of a branch are linear in theta. Each
+// branch therefore has one row for c and one row for S, which are computed at its reversal.
 #pragma once
 
 #include <Eigen/Core>
@@ -16,13 +18,14 @@ namespace hystcan::identification {
 
 class BranchRows {
  public:
-  /// `basis` must outlive the rows.
+  /// Computes the rows of all branches of `path`. `basis` must exist as long as the object.
   BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace);
 
-  // Return the rows for c and for S of a branch.
+  // Return the row for the offset c of a branch, and the row for its coefficient S.
   auto offset(std::size_t branch) const { return offset_.col(static_cast<Eigen::Index>(branch)); }
   auto convergence(std::size_t branch) const { return convergence_.col(static_cast<Eigen::Index>(branch)); }
-  /// Returns the row for the slope dx/dh at `input` on a branch of the path.
+  /// Returns the row for the slope of the output at `input` on a branch of the path, per unit of the input
+  /// map h.
   Eigen::VectorXd slope(const PathBranch& shape, std::size_t branch, double input) const;
 
  private:

@@ -16,23 +16,29 @@
 namespace hystcan::identification {
 namespace {
 
-// Share of the input span: a smaller reversal is not a turning point.
+// minimum reversal that counts as a turning point, as a share of the input span
 constexpr double least_input_swing = 0.02;
-constexpr double valley_depth = 0.05;  // minimum depth on both sides, as a share of the output span
-// Minimum depth as a multiple of the noise: the lowest of many samples is far below the others.
+// Minimum depth of a valley on both sides, as a share of the output span.
+constexpr double valley_depth = 0.05;
+// The depth of a valley must also exceed this multiple of the noise, because the lowest of many samples is
+// far below the others.
 constexpr double noisy_depth = 8.0;
-constexpr double valley_distance = 0.05;  // minimum distance from the turning points, as a share of the swing
-constexpr double least_weight = 0.02;     // minimum share of the largest weight: a valley hardly determines m
-constexpr double longest_step = 0.2;      // maximum distance of z from m, as a share of the range of m
-// Maximum error with a further term, relative to the error without it.
+// Minimum distance of a valley from the turning points, as a share of the swing.
+constexpr double valley_distance = 0.05;
+// Minimum weight of a sample, as a share of the largest weight; in a valley, the output hardly determines m.
+constexpr double least_weight = 0.02;
+// Maximum distance between the linearised z and m in one sample, as a share of the range of m.
+constexpr double longest_step = 0.2;
+// The order of the map is raised only if the error falls below this share of the former error.
 constexpr double worth_a_term = 0.98;
 constexpr Eigen::Index first_regressor = 3, last_regressor = 6;
 constexpr int most_passes = 8;
-constexpr int passes_with_shape = 3;  // number of passes that select the shape of the curves again
+// The first passes select the shape of the curves again; later passes keep it.
+constexpr int passes_with_shape = 3;
 
 struct Swing {
   HalfCycle of;
-  std::size_t lowest = 0;  // sample
+  std::size_t lowest = 0;  // sample with the lowest output
   bool passes_valley = false;
 };
 
@@ -60,8 +66,9 @@ double valley_of(const Dataset& dataset, const std::vector<Swing>& swings) {
   return lowest;
 }
 
-// Returns -1 before the valley and 1 beyond it. In a swing without a valley, the output rises with the input
-// beyond the valley. A swing that hardly changes the output is on the same side as the previous swing.
+// Returns the side of the valley for each sample: -1 before it, 1 beyond it. In a swing without a valley, the
+// side is 1 if the output rises with the input, and -1 if it falls. A swing that hardly changes the output is
+// on the side of the previous swing.
 std::vector<double> sides_of(const Dataset& dataset, const std::vector<Swing>& swings) {
   std::vector<double> sides(dataset.size(), 1.0);
   const double nothing = 0.2 * valley_depth * span_of(dataset.output);
@@ -77,8 +84,8 @@ std::vector<double> sides_of(const Dataset& dataset, const std::vector<Swing>& s
   return sides;
 }
 
-// Scales the weights to 1 on average, so that errors have the size of m. Returns the size in x of an error of
-// 1 after scaling, if it was `slope` at a weight of 1 before.
+// Scales the weights so that their mean square is 1; errors of the fit then have the size of m. If an error
+// of 1 was `slope` in units of x before, returns its size in units of x after scaling.
 double scale_weights(std::vector<Dataset>& datasets, double slope) {
   double largest = 0.0, square = 0.0, samples = 0.0;
   for (const Dataset& dataset : datasets)
@@ -95,7 +102,7 @@ double scale_weights(std::vector<Dataset>& datasets, double slope) {
   return slope * mean;
 }
 
-using Levels = std::vector<std::vector<double>>;  // m of each sample
+using Levels = std::vector<std::vector<double>>;  // inner variable m of each sample, for each dataset
 
 std::vector<std::vector<double>> regressors_of(const std::vector<double>& levels, model::Interval inner) {
   std::vector<std::vector<double>> columns(last_regressor - first_regressor + 1);
@@ -109,8 +116,8 @@ std::vector<std::vector<double>> regressors_of(const std::vector<double>& levels
 }
 
 struct Linear {
-  std::vector<Dataset> datasets;  // datasets of m
-  double unit = 1.0;              // unit of a weighted error of m, in units of x
+  std::vector<Dataset> datasets;  // datasets of the inner variable m
+  double unit = 1.0;              // size of a weighted error of 1 in m, in units of the output x
 };
 
 Linear linear_datasets(const std::vector<Dataset>& given, const std::vector<double>& offsets,
@@ -210,7 +217,8 @@ class Butterfly {
     linear_.unit = scale_weights(linear_.datasets, 2.0 * most);
   }
 
-  // Fits the map from the present levels to the outputs, including the remaining offsets.
+  // Fits the output map, from the present inner variable m to the outputs. Moves the remaining offsets of m
+  // into the offsets of the outputs.
   FittedMap fit_map(const Identified& found) {
     levels_ = levels_of(found.parameters, found, linear_.datasets);
     for (std::size_t i = 0; i < given_.size(); ++i) offsets_[i] += linear_.unit * found.offsets[i];
@@ -251,14 +259,16 @@ class Butterfly {
     }
   }
 
-  // Scales m to -1 .. 1; the errors are errors of x.
+  // Returns the result, scaled so that m covers the range from -1 to 1. All errors become errors of the
+  // output x.
   Identified finished(Identified found, const FittedMap& fitted) const {
     const model::Interval& inner = fitted.map.inner();
     const double middle = 0.5 * (inner.lo + inner.hi), half = 0.5 * inner.span();
     model::HysteresisParameters& p = found.parameters;
     for (model::ReferenceCurve* curve : {&p.ascending, &p.descending}) {
       std::vector<double> coefficients = curve->coefficients();
-      const bool all = curve->basis() == model::Basis::spline;  // B-splines sum up to 1
+      // The B-splines add up to 1, so that a constant changes every coefficient.
+      const bool all = curve->basis() == model::Basis::spline;
       for (std::size_t i = 0; i < coefficients.size(); ++i)
         coefficients[i] = (coefficients[i] - (all || i == 0 ? middle : 0.0)) / half;
       *curve = curve->with(coefficients);
@@ -306,7 +316,7 @@ class Butterfly {
   const IdentifyDatasets& curves_;
   Linear linear_;
   Levels levels_;
-  std::vector<double> offsets_;  // offsets of x
+  std::vector<double> offsets_;  // offset of each dataset, in units of the output x
 };
 
 }  // namespace

@@ -1,12 +1,17 @@
-// Identification of a butterfly x = g(m), m = H[v] (model/output_map.h) by Gauss-Newton steps. With m and g
-// of the previous step,
+// Identifies a butterfly: an actuator whose output x is a map g of an inner variable m with hysteresis
+// (model/output_map.h).
+//
+//   x = g(m),   m = H[v]        v: input,  H: hysteresis model
+//
+// The method is Gauss-Newton steps. With m and g of the previous step, the map is linearised,
 //
 //   z = m + (x - g(m)) / g'(m),  weight |g'(m)|
 //
-// is a dataset of m: the best curves, k, delay and memory for it are found as for any dataset. Then g is
-// fitted to x and the new m, and so on. Each step also corrects g to first order, by regressors T_3 to T_6 of
-// m (T_1 and T_2 would only shift and scale m). The first m is derived from the dataset: its size is sqrt(x -
-// x_valley), and its sign changes where x passes a valley between two turning points of the input.
+// z is a dataset of m: the best curves, k, delay and memory for it are found as for any dataset. Then g is
+// fitted to x with the new m, and the next step begins. Each step also corrects g to first order, by
+// regressors: the Chebyshev polynomials T_3 to T_6 of m (T_1 and T_2 would only shift and scale m). The first
+// m is derived from the dataset: its size is sqrt(x - x_valley), and its sign changes where x passes a valley
+// between two turning points of the input.
 #pragma once
 
 #include <vector>
@@ -16,15 +21,17 @@
 
 namespace hystcan::identification {
 
-/// True if the output passes a valley well inside a swing of the input, away from its turning points.
+/// Returns true if the output passes a valley while the input swings from one turning point to the next, well
+/// away from both.
 bool passes_valley(const Dataset& dataset);
 
-/// `curves`: a function that identifies a model without a map. The result has a map; its errors are errors of
-/// x. Throws std::invalid_argument if a dataset does not pass a valley, or if `curves` throws it.
+/// Identifies a butterfly. `curves` is the function that identifies a model without an output map. The result
+/// has an output map, and its errors are errors of the output. Throws std::invalid_argument if a dataset does
+/// not pass a valley, or if `curves` throws it.
 Identified identify_butterfly(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
                               const IdentifyDatasets& curves);
 
-/// Returns the datasets of m from the last step, for studies of an identified butterfly.
+/// Returns the datasets of the inner variable m in the last step, for studies of an identified butterfly.
 std::vector<Dataset> linearised(const std::vector<Dataset>& datasets, const Identified& identified);
 
 }  // namespace hystcan::identification

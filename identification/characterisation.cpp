@@ -13,8 +13,8 @@
 namespace hystcan::identification {
 namespace {
 
-// Returns the interpolated output at `input` in one half cycle; `nullopt` if the half cycle does not reach
-// it.
+// Returns the interpolated output at `input` in one half cycle. Returns `nullopt` if the half cycle does not
+// contain this input.
 std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, double input) {
   const double way = half.to > half.from ? 1.0 : -1.0;
   const auto first = dataset.input.begin() + static_cast<std::ptrdiff_t>(half.begin);
@@ -27,8 +27,9 @@ std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, d
          (dataset.output[i] - dataset.output[i - 1]) * (input - dataset.input[i - 1]) / step;
 }
 
-// Compares each half cycle with the previous one between the same ends. The half cycles before the two must
-// have the same ends too.
+// Returns the RMS difference between a half cycle and its repeat, two half cycles later, over all repeats. A
+// repeat has the same ends, and the half cycles before the two must also have the same ends. Returns
+// `nullopt` if there are too few repeats.
 std::optional<double> repeatability_of(const Dataset& dataset, const std::vector<HalfCycle>& halves,
                                        double near) {
   double square = 0.0, count = 0.0;
@@ -73,8 +74,8 @@ double slope_of(const std::vector<double>& x, const std::vector<double>& y) {
   return xx > 0.0 ? xy / xx : 0.0;
 }
 
-// Returns the mean difference between the outputs of rising and falling samples at the same input: negative
-// if the output lags.
+// Returns the mean output of rising samples minus the mean output of falling samples at the same input. The
+// result is negative if the output lags behind the input, as in a hysteresis.
 double lead(const Dataset& dataset) {
   const model::Interval range = range_of(dataset.input);
   constexpr std::size_t bins = 40;
@@ -105,7 +106,7 @@ double lead(const Dataset& dataset) {
 }  // namespace
 
 // White noise of standard deviation s has second differences of standard deviation s sqrt(6). For a normal
-// distribution, the median of |x| is 0.6745 times its standard deviation.
+// distribution, the median of the magnitude is 0.6745 standard deviations.
 double noise_of(const std::vector<double>& values) {
   std::vector<double> second_differences;
   for (std::size_t i = 2; i < values.size(); ++i)
@@ -142,7 +143,8 @@ Trends trends(const Dataset& dataset, const std::vector<double>& predicted) {
   found.gain = slope_of(predicted, residual) * span_of(predicted);
   const double duration = dataset.time_s.back() - dataset.time_s.front();
   found.drift = slope_of(dataset.time_s, residual) * duration;
-  constexpr std::size_t blocks = 8;  // each slope leaves out an eighth of the dataset
+  // Number of slopes for the standard error; each slope leaves out an eighth of the dataset.
+  constexpr std::size_t blocks = 8;
   if (dataset.size() >= 10 * blocks) {
     std::vector<double> slopes;
     for (std::size_t b = 0; b < blocks; ++b) {
@@ -156,7 +158,8 @@ Trends trends(const Dataset& dataset, const std::vector<double>& predicted) {
     }
     const double mean = std::reduce(slopes.begin(), slopes.end()) / blocks;
     for (const double slope : slopes) found.drift_error += (slope - mean) * (slope - mean);
-    found.drift_error = std::sqrt(found.drift_error * (blocks - 1.0) / blocks);  // jackknife
+    // Standard error by the jackknife method.
+    found.drift_error = std::sqrt(found.drift_error * (blocks - 1.0) / blocks);
   }
   std::vector<double> rate(dataset.size(), 0.0);
   for (std::size_t i = 1; i < dataset.size(); ++i)
@@ -199,7 +202,8 @@ void check_limits(const Dataset& dataset) {
 }
 
 bool moves_one_way(const Dataset& dataset) {
-  constexpr double least_turn = 0.02;  // minimum reversal that counts, as a share of the input's range
+  // Minimum swing of the input that counts as a reversal, as a share of its range.
+  constexpr double least_turn = 0.02;
   if (dataset.size() < least_samples) return false;
   const double span = range_of(dataset.input).span();
   return span > 0.0 && turning_points(dataset, least_turn * span).empty();

@@ -7,7 +7,10 @@ using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// T_i'(s) = i U_{i-1}(s)
+// Computes the derivatives of the Chebyshev polynomials T_i by the input, with the polynomials U_i of the
+// second kind:
+//
+//   T_i'(s) = i U_{i-1}(s)        s: input, scaled to -1 .. 1
 void chebyshev_slope_row(model::Interval thresholds, double input, Eigen::Ref<VectorXd> row) {
   const double s = (2.0 * input - thresholds.lo - thresholds.hi) / thresholds.span();
   const double ds_dv = 2.0 / thresholds.span();
@@ -45,7 +48,7 @@ void chebyshev_row(model::Interval thresholds, double input, Eigen::Ref<VectorXd
   for (Index i = 2; i < row.size(); ++i) row[i] = 2.0 * s * row[i - 1] - row[i - 2];
 }
 
-// If the values at the Greville points increase, the spline increases.
+// Interpolates the map at the Greville points: if the values there increase, the spline increases everywhere.
 CurveShape CurveShape::mapped(const std::function<double(double)>& course, model::Interval observed,
                               double share) const {
   const double low = course(observed.lo), rise = course(observed.hi) - low;
@@ -83,8 +86,7 @@ void CurveBasis::slopes(double input, Eigen::Ref<VectorXd> row) const {
   chebyshev_slope_row(thresholds_, input, row);
 }
 
-// Rising:  (B, 0)
-// Falling: (B, M B)
+// The row is (B, 0) for the rising curve and (B, M B) for the falling curve; see curve_basis.h.
 VectorXd CurveBasis::row(model::Direction direction, const VectorXd& sum) const {
   VectorXd row = VectorXd::Zero(unknowns());
   row.head(size()) = sum;
@@ -132,7 +134,8 @@ VectorXd CurveBasis::line() const {
   return theta;
 }
 
-// 2 (1 - t) = 1 - (2 t - 1). For a function that is zero at v_hi, q is its first n coefficients.
+// Returns curves that differ by 2 (1 - t) = 1 - (2 t - 1), with f^A = 0. For splines, a function that is zero
+// at the upper threshold has its first n coefficients as the q of theta.
 VectorXd CurveBasis::open() const {
   VectorXd theta = VectorXd::Zero(unknowns());
   if (shape_.is_spline())
@@ -143,7 +146,7 @@ VectorXd CurveBasis::open() const {
 }
 
 MatrixXd CurveBasis::regularisation() const {
-  constexpr double weak = 1e-11;  // stronger for higher orders
+  constexpr double weak = 1e-11;  // factor for every coefficient; for polynomials, it grows with the order
   MatrixXd R = MatrixXd::Zero(unknowns(), unknowns());
   const Index n = size() - 1;
   if (!shape_.is_spline()) {

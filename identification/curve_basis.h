@@ -1,11 +1,13 @@
-// The basis functions of both reference curves, for thresholds v_lo, v_hi:
+// The basis functions of both reference curves, between the thresholds v_lo and v_hi:
 //
-//   f_0^A(v) = sum a_i B_i(v)                              i = 0 ... n
-//   f_0^D(v) = f_0^A(v) + sum q_i G_i(v)                   G = M B,  M (n x (n + 1)) such that G(v_hi) = 0
-//   theta    = (a_0 ... a_n, q_1 ... q_n)
+//   f_0^A(v) = sum a_i B_i(v)                              ascending curve, i = 0 ... n
+//   f_0^D(v) = f_0^A(v) + sum q_i G_i(v)                   descending curve, i = 1 ... n
+//   G = M B                                                M: matrix of n x (n + 1) numbers with G(v_hi) = 0
+//   theta    = (a_0 ... a_n, q_1 ... q_n)                  the unknowns
 //
-// The curves meet at the upper threshold for every theta. For polynomials B_i = T_i and G_i = 1 - T_i. For
-// splines (model/cubic_spline.h) G_i = B_i - B_i(v_hi) B_n.
+// Because G(v_hi) = 0, the curves meet at the upper threshold for every theta. For polynomials, B_i is the
+// Chebyshev polynomial T_i, and G_i = 1 - T_i. For splines (model/cubic_spline.h), G_i = B_i - B_i(v_hi) B_n,
+// where B_i is a B-spline.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +21,7 @@
 
 namespace hystcan::identification {
 
-/// The k of both directions, 1 / input unit.
+/// The convergence rates k of the rising and of the falling branches, 1 / input unit.
 struct Pace {
   double k_ascending = 0.0;
   double k_descending = 0.0;
@@ -29,17 +31,19 @@ struct Pace {
   }
 };
 
-/// The shape of the curves: a polynomial of some order, or a cubic spline with these knots (input units); and
-/// the measure of distances along a branch.
+/// The shape of the reference curves: a polynomial of some order, or a cubic spline with some knots (input
+/// units). For splines, it may include an input map, which defines the distance along a branch.
 struct CurveShape {
   int order = 1;
-  std::vector<double> knots;                         ///< empty: a polynomial
-  std::optional<model::CubicSpline> input_map = {};  ///< h, with the same knots; empty: h(v) = v
+  std::vector<double> knots;  ///< empty for a polynomial
+  /// Input map h, a spline with the same knots; `nullopt` means h(v) = v.
+  std::optional<model::CubicSpline> input_map = {};
 
   static CurveShape polynomial(int order) { return {order, {}}; }
   static CurveShape spline(std::vector<double> knots) { return {3, std::move(knots)}; }
-  /// Returns the spline with an input map: `share` of it follows `course`, which must not fall; the rest is
-  /// h(v) = v. It maps both ends of `observed` to themselves.
+  /// Returns this spline shape with an input map. The map is a mixture: the fraction `share` of it follows
+  /// the function `course`, which must not fall, and the rest is h(v) = v. The map does not change the two
+  /// ends of `observed`.
   CurveShape mapped(const std::function<double(double)>& course, model::Interval observed,
                     double share) const;
 
@@ -47,7 +51,8 @@ struct CurveShape {
   int coefficients() const {  ///< number of coefficients of one curve
     return is_spline() ? static_cast<int>(knots.size()) + 2 : order + 1;
   }
-  std::string text() const;  ///< for example "order 5" or "a spline of 8 pieces and an input map"
+  /// Returns a description, for example "order 5" or "a spline of 8 pieces and an input map".
+  std::string text() const;
 };
 
 class CurveBasis {
@@ -55,34 +60,38 @@ class CurveBasis {
   CurveBasis(CurveShape shape, model::Interval thresholds);
 
   const model::Interval& thresholds() const { return thresholds_; }
-  Eigen::Index size() const { return shape_.coefficients(); }  ///< n + 1
-  Eigen::Index unknowns() const { return 2 * size() - 1; }     ///< size of theta
-  /// Return h(v), whose differences are distances along a branch, and its derivative h'(v).
+  Eigen::Index size() const { return shape_.coefficients(); }  ///< number of basis functions (n + 1)
+  Eigen::Index unknowns() const { return 2 * size() - 1; }     ///< number of unknowns (size of theta)
+  /// Return the input map h(v) and its derivative h'(v). The difference of two h(v) is the distance along a
+  /// branch.
   double place(double input) const { return shape_.input_map ? shape_.input_map->value(input) : input; }
   double stretch(double input) const { return shape_.input_map ? shape_.input_map->slope(input) : 1.0; }
 
-  /// Compute B_0 ... B_n at `input`, and their derivatives by the input.
+  /// Compute all basis functions at `input`, and their derivatives by the input.
   void values(double input, Eigen::Ref<Eigen::VectorXd> row) const;
   void slopes(double input, Eigen::Ref<Eigen::VectorXd> row) const;
 
-  /// Returns the row of theta for a sum of rows of B (or of B') on a reference curve.
+  /// Returns the row of theta for a sum of values (or slopes) of one reference curve at several inputs. `sum` is
+  /// the sum of the rows that values() (or slopes()) computes at these inputs.
   Eigen::VectorXd row(model::Direction direction, const Eigen::VectorXd& sum) const;
-  /// Returns the same as a matrix.
+  /// Returns the matrix whose product with `sum` is row().
   Eigen::MatrixXd rows(model::Direction direction) const;
-  /// Returns (f_0^D - f_0^A) / (2 (1 - t)) at t = (v - v_lo) / (v_hi - v_lo), with its limit at t = 1, as a
-  /// row of theta.
+  /// Returns a row of theta for the gap between the curves, (f_0^D - f_0^A) / (2 (1 - t)), at the relative
+  /// input t = (v - v_lo) / (v_hi - v_lo). The gap is divided by 1 - t because it is zero at t = 1; there,
+  /// the row is the limit.
   Eigen::VectorXd gap(double t) const;
 
-  /// Return theta for f^A = f^D = 1, for f^A = f^D = 2 t - 1, and for curves with gap() = 1 and f^A = 0.
+  /// Return the unknowns theta of three pairs of curves: both curves are 1; both are the line 2 t - 1 from -1
+  /// to 1; the ascending curve is 0 and the row gap() has the value 1 everywhere.
   Eigen::VectorXd constant() const;
   Eigen::VectorXd line() const;
   Eigen::VectorXd open() const;
 
-  /// Returns a small quadratic form in theta, per sample. It makes undetermined coefficients zero
-  /// (polynomials), or the curve straight (splines).
+  /// Returns a small quadratic form in theta, to be added once per sample. It makes undetermined coefficients
+  /// of polynomials zero, and it makes undetermined parts of splines straight.
   Eigen::MatrixXd regularisation() const;
 
-  /// Returns the model with the two curves of theta.
+  /// Returns the parameters of the model whose two curves have the unknowns theta.
   model::HysteresisParameters parameters(const Eigen::VectorXd& theta, const Pace& pace) const;
 
  private:
@@ -91,10 +100,10 @@ class CurveBasis {
 
   CurveShape shape_;
   model::Interval thresholds_;
-  Eigen::MatrixXd gaps_;  // M, with G = M B
+  Eigen::MatrixXd gaps_;  // matrix M that makes the gap functions from the basis functions
 };
 
-/// Computes T_0 ... T_n at `input`.
+/// Computes the Chebyshev polynomials of order 0, 1, ... at `input`, one for each element of `row`.
 void chebyshev_row(model::Interval thresholds, double input, Eigen::Ref<Eigen::VectorXd> row);
 
 }  // namespace hystcan::identification

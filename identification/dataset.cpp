@@ -8,13 +8,14 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr std::size_t most_turning_points = 2000;  // maximum turning points in the search
+constexpr std::size_t most_turning_points = 2000;  // maximum number of turning points in a search
 
-constexpr double least_swing_of_range = 0.02;  // minimum swing of a cycle, as a share of the range
-constexpr double at_the_end = 0.01;            // tolerance at an end of the range, as a share of it
-constexpr int most_folds = 4;                  // maximum number of folds, without fold 0
+// Minimum swing of the input that counts as a cycle, as a share of its range.
+constexpr double least_swing_of_range = 0.02;
+constexpr double at_the_end = 0.01;  // a cycle within this share of the range from an end reaches the end
+constexpr int most_folds = 4;        // maximum number of folds in addition to fold 0
 
-// Returns the cycle number of each sample, counted from `first`.
+// Returns the number of the cycle to which each sample belongs. The first cycle has the number `first`.
 std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::size_t first) {
   const std::vector<std::size_t> points = turning_points(dataset, swing);
   const auto input = [&](std::size_t point) { return dataset.input[points[point]]; };
@@ -33,9 +34,9 @@ std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::si
 }
 
 struct Cycles {
-  // Cycle of each sample, per dataset. The count continues through all datasets.
+  // For each dataset, the cycle of each sample. The numbers continue from one dataset to the next.
   std::vector<std::vector<std::size_t>> of;
-  std::vector<model::Interval> reach;  // inputs of each cycle
+  std::vector<model::Interval> reach;  // lowest and highest input of each cycle
 
   Cycles(const std::vector<Dataset>& datasets, model::Interval observed) {
     std::size_t count = 0;
@@ -78,7 +79,7 @@ double median(std::vector<double> values) {
 std::vector<std::size_t> turning_points(const Dataset& dataset, double least_swing) {
   std::vector<std::size_t> points;
   if (dataset.size() == 0) return points;
-  std::size_t low = 0, high = 0;  // extremes since the last turning point
+  std::size_t low = 0, high = 0;  // samples with the extreme inputs since the last turning point
   int direction = 0;
   for (std::size_t i = 1; i < dataset.size(); ++i) {
     const double v = dataset.input[i];

@@ -15,11 +15,11 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double nearly_best = 1.1;  // an error up to this multiple of the best one is as good
+constexpr double nearly_best = 1.1;  // an RMS error up to this multiple of the smallest one is as good
 constexpr int evaluations_of_each = 30;
 
-// How far one number of the trial can move before the error grows. The numbers that can compensate it have
-// their best values: both k, and the delay if there is one.
+// Finds how far one number of a trial can move before the error grows. The numbers that can compensate the
+// move get their best values each time: both k, and the delay if there is one.
 class Valley {
  public:
   Valley(const Problem& problem, const SearchResult& found, double Trial::*number, model::Interval allowed,
@@ -31,10 +31,12 @@ class Valley {
         go_on_(go_on),
         largest_rms_(nearly_best * fit_.fit(trial_).rms) {}
 
-  // Returns the last trial in this direction that is as good, to a quarter of the step.
+  // Moves the number in the direction of `step`. Returns the last trial whose error is as good, with a
+  // resolution of a quarter of the step.
   Trial farthest(double step) {
     Trial last = trial_;
-    double beyond = 0.0;  // smallest known distance from the best value that is not as good
+    // Smallest known distance from the best value at which the error is not as good; 0 if unknown.
+    double beyond = 0.0;
     const auto try_at = [&](double from_best) {
       Trial next = last;
       next.*number_ = std::clamp(trial_.*number_ + from_best, allowed_.lo, allowed_.hi);
@@ -86,7 +88,7 @@ class Valley {
 
 }  // namespace
 
-// Searches outwards from the best k, in steps that grow by half each time.
+// The search moves away from the best k, in steps that grow by half each time.
 model::Interval pace_range(const Problem& problem, const SearchResult& found, double Trial::*k,
                            const std::function<bool()>& go_on) {
   SeparableFit fit(problem, found.shape, SeparableFit::coarse_scan);

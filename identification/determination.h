@@ -1,4 +1,5 @@
-// How well the datasets determine the values of a trial: the error near their best values.
+// Computes how well the datasets determine the values of a trial: how far each value can move before the
+// error grows.
 #pragma once
 
 #include <functional>
@@ -11,49 +12,55 @@ namespace hystcan::identification {
 
 struct Identified;
 
-/// Returns the range of one k in which the RMS is within 5 % of the best, 1 / input unit. `k` is
-/// k_span_ascending or k_span_descending; only this one is varied.
+/// Returns the range of one convergence rate k in which the RMS error is within 5 % of the smallest, in
+/// 1/input unit. `k` is &Trial::k_span_ascending or &Trial::k_span_descending. All other numbers of the trial
+/// are constant.
 model::Interval pace_range(const Problem& problem, const SearchResult& found, double Trial::*k,
                            const std::function<bool()>& go_on);
 
-/// False if the range of a k is wider than a factor of ten, or if k = 0 is also good.
+/// Returns true if the range of k is narrower than a factor of ten and does not contain 0.
 bool is_determined(model::Interval pace);
 
-/// Returns the range of the creep per decade in which the RMS error is within a tenth of the best. Each value
-/// is tried with its best k and delay.
+/// Returns the range of the creep per decade in which the RMS error is within a tenth of the smallest. For
+/// each creep, k and delay get their best values.
 model::Interval creep_range(const Problem& problem, const SearchResult& found,
                             const std::function<bool()>& go_on);
 
-/// An explanation instead of creep: sessions at several rates whose gains differ (another amplifier or
-/// sensor) look like creep.
+/// Gains that explain the datasets as well as creep does. If the sessions have different rates, differences
+/// of their gains (another amplifier or sensor) look like creep.
 struct GainsInstead {
-  std::vector<double> gains;  ///< gain of each dataset's output; 1 for the first dataset
+  std::vector<double> gains;  ///< gain of each dataset's output, relative to the first dataset
   double rms = 0.0, rms_with_creep = 0.0;
 };
-/// Returns the best gains without creep, if their error is within a tenth of the error with the creep that
-/// was found.
+/// Returns the best gains without creep. Returns `nullopt` if their error is more than a tenth larger than
+/// the error with the creep that was found.
 std::optional<GainsInstead> gains_instead_of_creep(const Problem& problem, const SearchResult& found,
                                                    const std::function<bool()>& go_on);
 
-/// A record at a single rate hardly distinguishes the delay from the width of the loops: another delay with
-/// other curves and other k fits nearly as well, but predicts faster inputs differently.
+/// The delays that fit nearly as well as the best delay. A record at a single rate hardly distinguishes the
+/// delay from the width of the loops: with another delay, other curves and other k fit nearly as well. But
+/// such a model predicts faster inputs differently.
 struct DelayRange {
-  /// Between these delays the RMS error, with the best k for each delay, is within a tenth of the best error.
+  /// Shortest and longest delay for which the RMS error is within a tenth of the smallest. For each delay, k
+  /// has its best value.
   double lo_s = 0.0, hi_s = 0.0;
-  /// RMS difference between the models at both ends of the range, for the same inputs at two and five times
-  /// the rate; output units.
+  /// RMS difference between the model with the shortest delay and the model with the longest delay, output
+  /// units. The inputs are those of the datasets, played two or five times as fast.
   double at_twice_the_rate = 0.0, at_five_times_the_rate = 0.0;
 };
-/// Returns the range of good delays; `nullopt` if the models at its ends have no inverse. `datasets`: same as
-/// in the problem. Thresholds and initial memories are the ones that the search found.
+/// Returns the range of good delays. `datasets` must be the datasets of the problem. Thresholds and initial
+/// memories are those that the search found. Returns `nullopt` if the models at the ends of the range have no
+/// inverse, or if `go_on` stopped the computation.
 std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult& found,
                                       const std::vector<Dataset>& datasets,
                                       const std::function<bool()>& go_on);
 
-/// RMS of the best curves for each pair of k, output units. All other values are the identified ones.
+/// A map of the error: the RMS error of the best curves for each pair of convergence rates k, in output
+/// units. All other values are the identified ones.
 struct Landscape {
   std::vector<double> k_ascending, k_descending;
-  std::vector<std::vector<double>> rms;  ///< rms[i][j]: at the i-th k_descending and the j-th k_ascending
+  /// Rms[i][j] belongs to k_descending[i] and k_ascending[j].
+  std::vector<std::vector<double>> rms;
 };
 Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points);
 

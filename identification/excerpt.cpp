@@ -23,8 +23,9 @@ std::vector<double> Excerpt::outputs_without(const model::OutputCreep& creep) co
   return without_creep(creep, dataset_->time_s, dataset_->output, counts);
 }
 
-// The outputs of the kept samples depend smoothly on the weight of the creep, which the search varies: they
-// are interpolated between Chebyshev points, with an error of 1e-9 of the creep.
+// Returns the outputs of the kept samples without creep, for any weight of the creep. The outputs depend
+// smoothly on the weight. They are computed once at some Chebyshev points and interpolated between these,
+// with an error of 1e-9 of the creep.
 std::vector<double> Excerpt::kept_without(const model::OutputCreep& creep) const {
   constexpr int points = 12;
   constexpr double weights = 0.5 * most_creep_per_decade;

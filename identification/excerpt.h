@@ -1,7 +1,9 @@
-// The part of a dataset that the fit uses: all turning points, and as many samples as the search can afford.
+// Selects the part of a dataset that a fit uses: all turning points, and as many samples as the search has
+// time for.
 //
-// The memory of an actuator depends on the turning points; between them, a few samples are as good as many. A
-// delay tau shifts the input to v(t - tau), which is interpolated linearly; turning points are kept exactly.
+// The memory of an actuator depends only on the turning points; between them, a few samples are as good as
+// many. With a delay tau, the input of a sample is v(t - tau), which is interpolated linearly. The turning
+// points keep their exact inputs.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,28 +16,31 @@
 
 namespace hystcan::identification {
 
-/// A view of one dataset (folded if symmetry is even). Its samples are divided into folds for hold-out.
+/// A view of one dataset. If symmetry is even, the inputs of the dataset are folded. The samples may be
+/// divided into folds.
 class Excerpt {
  public:
-  /// `fold`: fold of each sample; if empty, all are in fold 0. At most `samples` samples are kept, evenly
-  /// spaced. Dataset and folds must outlive the excerpt.
+  /// `fold`: the fold of each sample; if it is empty, all samples are in fold 0. At most `samples` samples
+  /// are kept, evenly spaced. `dataset` and `fold` must exist as long as the excerpt.
   Excerpt(const Dataset& dataset, std::span<const int> fold, std::size_t samples, double least_swing);
 
   double first_input() const { return dataset_->input.front(); }
-  /// Returns the excerpt with a delayed input. Its outputs are those of the hysteresis alone: the creep,
-  /// settled at the beginning, is removed. The creep does not advance during left-out samples. Inserted
-  /// turning points are left out too.
+  /// Returns the kept samples with a delayed input and without creep. The outputs are then those of the
+  /// hysteresis alone. The creep is settled at the first sample, and it does not advance at samples that are
+  /// left out. The result also contains the turning points, which are marked as left out.
   Dataset delayed_by(double delay_s, const model::OutputCreep& creep = {}) const;
 
  private:
   std::vector<double> outputs_without(const model::OutputCreep& creep) const;
   std::vector<double> kept_without(const model::OutputCreep& creep) const;
 
-  const Dataset* dataset_;  // all samples: the input is interpolated between them
+  // The whole dataset, because the delayed input is interpolated between all its samples.
+  const Dataset* dataset_;
   std::span<const int> fold_;
   std::size_t stride_;
   std::vector<std::size_t> turning_points_;
-  mutable Eigen::MatrixXd without_creep_;  // outputs of the kept samples for some weights of the creep
+  // Outputs of the kept samples for some weights of the creep, one column each; computed when first needed.
+  mutable Eigen::MatrixXd without_creep_;
 };
 
 }  // namespace hystcan::identification

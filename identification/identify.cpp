@@ -17,17 +17,17 @@
 namespace hystcan::identification {
 namespace {
 
-// Share of the output's standard deviation: a larger error refuses the model.
+// A model is refused if its error exceeds this share of the output's standard deviation.
 constexpr double unexplained = 0.5;
-// Maximum held-out error with a map, relative to the error without it.
+// An output map is used only if it lowers the held-out error to this share of the error without it.
 constexpr double worth_a_map = 0.9;
-constexpr int most_pieces = 22;           // maximum pieces of a spline
-constexpr std::size_t finer_samples = 5;  // the last steps of a search use this multiple of its samples
-constexpr double worth_creep = 0.97;      // maximum score with creep, relative to the score without it
-constexpr double shows_creep_s = 0.005;   // longer time steps do not show creep: half of the shortest lag
-// Other curves may replace the fitted ones if they differ by less than this share of the error.
+constexpr int most_pieces = 22;           // maximum number of pieces of a spline
+constexpr std::size_t finer_samples = 5;  // a search ends with so many times more samples
+constexpr double worth_creep = 0.97;      // maximum score of a model with creep, relative to one without
+constexpr double shows_creep_s = 0.005;   // longer time steps do not show creep (half of the shortest lag)
+// Another ascending curve may replace the fitted one if it differs by less than this share of the error.
 constexpr double unnoticed = 0.1;
-constexpr double rounding = 1e-9;  // rounding, as a share of the output range
+constexpr double rounding = 1e-9;  // tolerance for rounding errors, as a share of the output range
 
 model::Interval span_over(const std::vector<Dataset>& datasets, const std::vector<double> Dataset::*column) {
   model::Interval range{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
@@ -54,7 +54,7 @@ double deviation(const std::vector<Dataset>& datasets) {
   return std::sqrt(square / count);
 }
 
-// Returns the dataset without the unseen samples.
+// Returns the dataset without the samples whose flag in `unseen` is true.
 Dataset without(const Dataset& dataset, const std::vector<bool>& unseen) {
   if (unseen.size() != dataset.size())
     refuse("unseen flags of ", unseen.size(), " samples, expected ", dataset.size());
@@ -68,15 +68,15 @@ Dataset without(const Dataset& dataset, const std::vector<bool>& unseen) {
   return seen;
 }
 
-// An even model is folded at zero, even if the input never reaches zero.
+// Returns the range of the inputs. With even symmetry, the range always begins at 0.
 model::Interval thresholds_observed(const std::vector<Dataset>& datasets, model::Symmetry symmetry) {
   model::Interval range = span_over(datasets, &Dataset::input);
   if (symmetry == model::Symmetry::even) range.lo = 0.0;
   return range;
 }
 
-// Returns the problem with all samples in one fold, without unseen samples. It keeps views of `folds`, which
-// this function changes.
+// Returns the problem with all samples in one fold. The result refers to `folds`, which this function
+// changes.
 Problem unfolded(const Problem& excerpt, const std::vector<Dataset>& datasets, Folds& folds) {
   Problem problem = excerpt;
   problem.folds = 1;
@@ -88,7 +88,7 @@ Problem unfolded(const Problem& excerpt, const std::vector<Dataset>& datasets, F
   return problem;
 }
 
-// With all samples the best curves can be slightly invalid. k is lowered until they are valid.
+// Returns the fit to all samples. Lowers k if the best curves for all samples are slightly invalid.
 Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   Fitted fitted = fit.fit(trial);
   for (int tries = 0; !fitted.valid && tries < 90; ++tries) {
@@ -102,8 +102,8 @@ Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   return fitted;
 }
 
-// A zero can be distinguished from the curves only if another dataset has the same inputs: each dataset must
-// be connected to the first, directly or through others.
+// Throws std::invalid_argument if a dataset has no inputs in common with the first, directly or through other
+// datasets. Then its offset cannot be distinguished from a change of the curves.
 void check_common_inputs(const std::vector<Dataset>& datasets) {
   std::vector<model::Interval> ranges;
   ranges.reserve(datasets.size());
@@ -236,7 +236,8 @@ class Identification {
       options_.creep_per_decade = options_.creep_per_decade.value_or(0.0);
     problem_.knots = knot_places(datasets(), problem_.observed);
     problem_.most_pieces = std::min(most_pieces, (samples / 3 - 3) / 2 - 2);
-    // A delay can be distinguished from the width of a loop only if a half cycle has enough samples.
+    // A delay is searched only if a dataset has over 100 samples per cycle. Fewer show only the width of a
+    // loop.
     for (const Characterisation& is : result_.datasets)
       if (static_cast<double>(is.samples) > 100.0 * static_cast<double>(is.cycles))
         problem_.sample_time_s = problem_.sample_time_s > 0.0
@@ -244,9 +245,8 @@ class Identification {
                                      : is.sample_time_s;
   }
 
-  // The next unknowns that a search adds depend on whether it has added creep: at a single rate, a delay, a
-  // wider loop and another history can replace creep. Therefore both searches run to the end, and the
-  // held-out error decides.
+  // Decides by the held-out error of two complete searches if the model has creep. One search is not enough:
+  // at a single rate, a delay, a wider loop or another history can replace creep.
   void choose_creep(const Problem& finer) {
     SearchResult& found = result_.search;
     found = search(problem_, finer, options_);
@@ -287,14 +287,14 @@ class Identification {
   IdentifyOptions options_;
   model::Symmetry symmetry_ = model::Symmetry::none;
   const std::vector<Dataset>& given_;
-  std::vector<Dataset> without_unseen_;  // set if there are unseen samples
-  std::vector<Dataset> folded_;          // set if the symmetry is even
+  std::vector<Dataset> without_unseen_;  // datasets without unseen samples; empty if all are seen
+  std::vector<Dataset> folded_;          // datasets with folded inputs; empty if symmetry is not even
   Problem problem_;
-  Folds held_out_;  // folds of the search
+  Folds held_out_;  // folds that the search holds out
   Identified result_;
 };
 
-// The butterfly must lower the error enough to justify its map.
+// Returns the butterfly if its error is so small that it justifies the output map; otherwise returns `plain`.
 Identified better_of(const Identified& plain, Identified butterfly) {
   const bool held_out = plain.held_out_rms && butterfly.held_out_rms;
   const double before = held_out ? *plain.held_out_rms : plain.overall.rms;
@@ -317,7 +317,7 @@ Identified identify_near_zero(const std::vector<Dataset>& datasets, const Identi
   const bool may_be = options.output == ShapeOfOutput::automatic && !datasets.empty() &&
                       std::ranges::all_of(datasets, passes_valley);
   if (!may_be) return curves(datasets, options);
-  std::exception_ptr reason;  // from the first search that fails
+  std::exception_ptr reason;  // exception of the first search that fails
   const auto or_nothing = [&reason](const auto& find) -> std::optional<Identified> {
     try {
       return find();
@@ -390,7 +390,7 @@ Identified identify(const std::vector<Dataset>& datasets, IdentifyOptions option
   const std::vector<double> references = reference_outputs(datasets, one_zero);
   if (std::ranges::all_of(references, [](double reference) { return reference == 0.0; }))
     return identify_near_zero(datasets, options);
-  // A gain relative to a common zero far away would shift the zero.
+  // A gain relative to a common zero that is far from the outputs would shift the outputs.
   options.common_gain = options.common_gain || one_zero;
   std::vector<Dataset> near_zero = datasets;
   move_outputs(near_zero, references, -1.0);

@@ -1,4 +1,5 @@
-// Finds the recursive memory-based model that fits measured datasets best, and its figures.
+// Identifies an actuator: finds the recursive memory-based model that fits measured datasets best, and
+// computes how well it fits.
 #pragma once
 
 #include <functional>
@@ -17,39 +18,52 @@ namespace hystcan::identification {
 
 struct Identified {
   model::HysteresisParameters parameters;
-  double delay_s = 0.0;                               ///< delay of a quasi-static model
-  std::optional<model::Dynamics> dynamics{};          ///< behind the hysteresis (dynamics/joint_dynamics.h)
-  std::optional<model::OutputCreep::Config> creep{};  ///< between hysteresis and dynamics
-  std::vector<InitialMemory> memories;                ///< for each dataset
-  std::vector<double> offsets;  ///< offset of each dataset's output, output units; zero for the first dataset
-  std::vector<double> gains;    ///< gain of each dataset's output; 1 for the first dataset
-  std::vector<double> drifts;   ///< from a dataset's first sample to its last, output units
+  double delay_s = 0.0;  ///< delay of the input; only for a model without dynamics
+  /// Mode and delay behind the hysteresis (dynamics/joint_dynamics.h); `nullopt`: none.
+  std::optional<model::Dynamics> dynamics{};
+  /// Creep between the hysteresis and the dynamics; `nullopt`: none.
+  std::optional<model::OutputCreep::Config> creep{};
+  std::vector<InitialMemory> memories;  ///< memory of the actuator at the beginning of each dataset
+  /// Offset of each dataset's output, relative to the first dataset, output units.
+  std::vector<double> offsets;
+  std::vector<double> gains;  ///< gain of each dataset's output, relative to the first dataset
+  /// Drift of each dataset's output, from its first sample to its last, output units.
+  std::vector<double> drifts;
   SearchResult search;
   Folds folds;
   std::vector<Characterisation> datasets;
-  /// Errors for each dataset, with its offset, gain and drift; includes unseen samples.
+  /// Errors of the model in each dataset. The prediction includes the offset, gain and drift of the dataset.
+  /// Unseen samples count.
   std::vector<ErrorNorms> errors;
   ErrorNorms overall;
   std::optional<double> held_out_rms;
-  /// Span of the outputs of all datasets, with zero and gain of the first dataset, without unseen samples.
+  /// Span of the outputs of all datasets, after their offsets and gains are removed. Unseen samples do not
+  /// count.
   double output_span = 0.0;
   model::Interval observed;
-  model::Interval pace_ascending, pace_descending;  ///< good values of each k (pace_range())
-  /// Good values of the creep per decade (creep_range()); `nullopt`: the creep was given, or there is none.
+  /// Range of each convergence rate k in which the model fits nearly as well; see pace_range().
+  model::Interval pace_ascending, pace_descending;
+  /// Range of the creep per decade in which the model fits nearly as well; see creep_range(). `nullopt` if
+  /// the creep was given, or if there is none.
   std::optional<model::Interval> creep_range;
-  /// Result of the search without creep if this model has creep, and with creep if it has none.
+  /// The result of the second search: without creep if this model has creep, with creep if this model has
+  /// none. `nullopt` if there was only one search.
   std::optional<SearchResult> alternative;
-  /// Gains that could explain the datasets instead of creep; `nullopt`: the gains fit worse, or are given.
+  /// Gains of the datasets that could explain the outputs instead of creep. `nullopt` if they fit worse than
+  /// creep, or if the gains were given.
   std::optional<GainsInstead> gains_instead;
-  std::vector<LeftOut> left_out;          ///< each dataset, predicted by the others; empty: there is only one
-  std::optional<DelayRange> delay_range;  ///< `nullopt`: the delay was given, or cannot be determined
-  bool stopped = false;                   ///< go_on stopped the search: this is the best result so far
+  /// For each dataset, its prediction by a fit to the other datasets; empty if there is only one dataset.
+  std::vector<LeftOut> left_out;
+  /// Range of good delays; `nullopt` if the delay was given, or if it cannot be determined.
+  std::optional<DelayRange> delay_range;
+  /// True if go_on stopped the search: this is the best result so far.
+  bool stopped = false;
 
-  /// Returns the number of parameters in curves, k, thresholds, delay and dynamics, without those that belong
-  /// to a single dataset.
+  /// Returns the number of fitted parameters: curves, k, thresholds, delay, creep, dynamics and output map.
+  /// Parameters of a single dataset, such as its offset, do not count.
   std::size_t parameter_count() const;
   Lag lag() const { return {delay_s, dynamics, creep}; }
-  /// Returns zero plus drift of a dataset at one of its rows.
+  /// Returns offset plus drift of a dataset at one of its rows, in output units.
   double zero_at(std::size_t dataset, std::span<const double> time_s, std::size_t row) const {
     return offsets[dataset] + drifts[dataset] * drift_course(time_s, row);
   }
@@ -57,21 +71,21 @@ struct Identified {
 
 using IdentifyDatasets = std::function<Identified(const std::vector<Dataset>&, const IdentifyOptions&)>;
 
-/// Sets `errors` and `overall` from the predictions.
+/// Predicts all datasets and sets `errors` and `overall` of the model.
 void judge(Identified& identified, const std::vector<Dataset>& datasets);
-/// Sets `output_span`. `unseen`: same as in IdentifyOptions.
+/// Sets `output_span` of the model. `unseen`: flags of samples that do not count, as in IdentifyOptions.
 void measure_span(Identified& identified, const std::vector<Dataset>& datasets,
                   const std::vector<std::vector<bool>>& unseen = {});
 
-/// Returns the model's prediction of a dataset from which it was identified, with its dynamics, offset, gain
-/// and drift.
+/// Returns the output that the model predicts for dataset i, with its dynamics, offset, gain and drift. The
+/// model must have been identified from these datasets.
 std::vector<double> predict(const Identified& identified, const std::vector<Dataset>& datasets,
                             std::size_t i);
 
-/// Throws std::invalid_argument with the reason if nothing can be identified (characterisation.h), if no
-/// dataset has a turning point, if the output does not follow the input, or if the samples cannot determine
-/// curves of the requested order. An offset of the outputs shifts the curves and changes nothing else
-/// (output_reference.h).
+/// Identifies a model from datasets of one actuator. Throws std::invalid_argument with the reason if nothing
+/// can be identified (characterisation.h), if no dataset has a turning point, if the output does not follow
+/// the input, or if the samples cannot determine curves of the requested order. If a constant is added to all
+/// outputs, the curves move by this constant and nothing else changes (output_reference.h).
 Identified identify(const std::vector<Dataset>& datasets, IdentifyOptions options);
 
 }  // namespace hystcan::identification

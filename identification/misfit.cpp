@@ -33,7 +33,8 @@ std::vector<double> residual_of(const Identified& identified, const std::vector<
   return residual;
 }
 
-/// Adds the squares of a record's residual to the octaves, which start at `lowest`.
+/// Adds the squared spectrum of a record's residual to its octaves. The first octave starts at `lowest`;
+/// `distance` is the distance that the input travels in the record.
 void add(const std::vector<double>& residual, double distance, double lowest, std::vector<double>& squares) {
   const std::size_t length = std::min(residual.size() / 2 * 2, longest_segment);
   if (length < 4 || !(distance > 0.0)) return;

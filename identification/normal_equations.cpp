@@ -50,8 +50,11 @@ void NormalEquations::leave_out(const Eigen::VectorXd& direction) {
   square -= slope * slope / curvature;
 }
 
-// H11 theta + H12 z = g1,  H21 theta + H22 z = g2:  z = H22^-1 (g2 - H21 theta). If no sample determines a z,
-// it is zero.
+// Eliminates the last unknowns z from the equations
+//
+//   H11 theta + H12 z = g1,  H21 theta + H22 z = g2,     so that  z = H22^-1 (g2 - H21 theta)
+//
+// If no sample determines an unknown in z, this unknown is zero.
 Eliminated::Eliminated(const NormalEquations& system, Eigen::Index remaining) : rest_(remaining) {
   const Eigen::Index eliminated = system.g.size() - remaining;
   rest_.H = system.H.topLeftCorner(remaining, remaining);

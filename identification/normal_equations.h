@@ -1,5 +1,7 @@
-// The normal equations of
-//   sum (row theta - y)^2 = theta' H theta - 2 g' theta + square
+// The normal equations of a linear least-squares problem with the unknowns theta. Each sample has a row and a
+// right side y:
+//
+//   sum over samples of (row theta - y)^2 = theta' H theta - 2 g' theta + square
 #pragma once
 
 #include <Eigen/Core>
@@ -15,36 +17,37 @@ struct NormalEquations {
   explicit NormalEquations(Eigen::Index unknowns)
       : H(Eigen::MatrixXd::Zero(unknowns, unknowns)), g(Eigen::VectorXd::Zero(unknowns)) {}
   NormalEquations& operator+=(const NormalEquations& other);
-  /// Subtracts a share of `other`, which must be a part of the sum in these equations.
+  /// Subtracts the equations `other`, multiplied by `share`. `other` must be a part of the sum in these
+  /// equations.
   void take_away(const NormalEquations& other, double share);
-  /// Adds equations whose first `shared` unknowns are the first ones here; their other unknowns start at
-  /// `own`.
+  /// Adds equations with other unknowns. The first `shared` unknowns of `other` are the first unknowns here.
+  /// The remaining unknowns of `other` have the places from `own` on here.
   void add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own);
-  /// False if a k is so negative that branches overflow.
+  /// Returns false if the equations contain infinite numbers: branches overflow if a k is very negative.
   bool is_finite() const { return H.allFinite() && g.allFinite(); }
-  /// Changes the equations to outputs divided by `gain`.
+  /// Divides all right sides y by `gain`.
   void divide_outputs(double gain);
   double residual_square(const Eigen::VectorXd& theta) const;
-  /// Removes from the residuals the part that `direction` can explain. Then, for every theta, the residual is
-  /// the minimum over a in theta + a direction.
+  /// Makes the residual independent of the part of theta along `direction`. Then, for every theta, the
+  /// residual is the smallest residual of all theta + a direction, with any number a.
   void leave_out(const Eigen::VectorXd& direction);
 };
 
-/// Equations from which the last unknowns are eliminated: for any values of the first unknowns, the last
-/// unknowns have their best values.
+/// Normal equations from which the last unknowns are eliminated. They describe the residual as a function of
+/// the first unknowns, with the best values of the last unknowns.
 class Eliminated {
  public:
-  /// `remaining`: number of first unknowns, which remain.
+  /// `remaining`: number of the first unknowns, which are not eliminated.
   Eliminated(const NormalEquations& system, Eigen::Index remaining);
 
   const NormalEquations& rest() const { return rest_; }
-  /// Returns `theta`, followed by the best values of the eliminated unknowns.
+  /// Returns all unknowns: `theta`, then the best values of the eliminated unknowns for this theta.
   Eigen::VectorXd completed(const Eigen::VectorXd& theta) const;
 
  private:
   NormalEquations rest_;
-  Eigen::VectorXd eliminated_at_zero_;  // the eliminated unknowns at theta = 0
-  Eigen::MatrixXd by_theta_;            // their change with theta
+  Eigen::VectorXd eliminated_at_zero_;  // best values of the eliminated unknowns at theta = 0
+  Eigen::MatrixXd by_theta_;            // change of the eliminated unknowns with theta
 };
 
 }  // namespace hystcan::identification

@@ -11,16 +11,19 @@
 namespace hystcan::identification {
 namespace {
 
-constexpr double old_share = 1e-3;    // weight of the old model, as a share of the weight of all rows
-constexpr int reversal_curves = 6;    // number of reversal curves from each branch of the major loop
-constexpr double least_rows = 400.0;  // minimum number of rows of the old model
-// Maximum error without a delay, relative to the error with the old delay.
+// Weight of all rows of the old model, as a share of the weight of the datasets.
+constexpr double old_share = 1e-3;
+// Number of first-order reversal curves from each branch of the major loop.
+constexpr int reversal_curves = 6;
+constexpr double least_rows = 400.0;  // minimum number of rows that represent the old model
+// The old delay is left out if the error without it is below this multiple of the error with it.
 constexpr double worth_no_delay = 0.97;
-// Maximum rows of the datasets to one row of the old model, because the search thins all datasets equally.
+// Maximum number of dataset rows for one row of the old model. The search thins all datasets equally, so the
+// old model needs enough rows.
 constexpr double rows_of_datasets_to_one = 60.0;
 
-/// Returns the inputs at which the old model turns: the major loop from the upper threshold, which wipes out
-/// its memory, then the reversal curves.
+/// Returns the inputs at which the path through the old model turns. The path begins at the upper threshold,
+/// where the memory is empty; it follows the major loop and then the reversal curves.
 std::vector<double> turns_of(const model::Interval& range) {
   std::vector<double> turns{range.hi, range.lo};
   const auto level = [&](int i) { return range.lo + range.span() * i / (reversal_curves + 1.0); };
@@ -44,7 +47,7 @@ Dataset loops_of(const model::HysteresisParameters& old, const model::OutputCree
   const model::Hysteresis model(old);
   auto state = model.at_upper_threshold();
   const auto add = [&](double input) {
-    // Far apart, so that a delay has no effect.
+    // The rows are far apart in time, so that a delay has no effect.
     made.time_s.push_back(longest_s * static_cast<double>(made.size()));
     made.input.push_back(input);
     made.output.push_back(model.advance(state, input).value);
@@ -71,7 +74,7 @@ CurveShape shape_of(const model::HysteresisParameters& old) {
   return shape;
 }
 
-/// Removes the last dataset, which is the old model's, from the result.
+/// Removes the last dataset, which represents the old model, from the result.
 void leave_out_old_model(Identified& identified, const std::vector<Dataset>& datasets) {
   const std::size_t count = datasets.size();
   identified.memories.resize(count);
@@ -102,7 +105,8 @@ Identified identify_from(const OldModel& old, const std::vector<Dataset>& datase
   options.output = parameters.symmetry == model::Symmetry::even ? ShapeOfOutput::even : ShapeOfOutput::none;
   if (!options.shape && options.curves == CurveChoice::automatic) options.shape = shape_of(parameters);
   options.never_held_out = 1;
-  options.observed_thresholds = true;  // the old model's thresholds, which its loops reach, or further inputs
+  // The thresholds of the old model, or inputs beyond them.
+  options.observed_thresholds = true;
   std::vector<Dataset> all = datasets;
   if (!options.creep_per_decade) options.creep_per_decade = old.creep ? old.creep->per_decade : 0.0;
   const model::OutputCreep creep(creep_of(*options.creep_per_decade));

@@ -1,12 +1,16 @@
-// Identification that starts from an old model, for datasets that do not determine all parameters.
+// Identifies a model with the help of an old model of the same actuator, for datasets that do not determine
+// all parameters.
 //
-// The loops of the old model are added as one more dataset, with a zero of its own and a small weight w for
-// its n_old samples:
+// The loops of the old model are added as one more dataset with its own offset. It has n_old samples with a
+// small weight w; the measured datasets have n samples:
 //
 //   minimise  sum (x - y)^2 + w^2 sum (x - y_old)^2,     w^2 n_old = share * n
 //
-// Thus the datasets decide wherever their inputs excite the model, and the old model decides elsewhere. Its
-// loops are the major loop, and first-order reversal curves from both branches.
+//   x          output of the new model
+//   y, y_old   measured output, output of the old model
+//
+// Where the inputs of the datasets excite the model, the datasets decide; elsewhere, the old model decides.
+// The loops of the old model are the major loop, and first-order reversal curves from both of its branches.
 #pragma once
 
 #include <optional>
@@ -24,11 +28,15 @@ struct OldModel {
   std::optional<model::OutputCreep::Config> creep{};
 };
 
-/// Keeps the symmetry of the old model, and the shape of its curves unless the options set a shape. Keeps the
-/// old delay if the datasets do not need a delay and the old one does not raise the error. The creep is the
-/// creep of the old model, or the one in the options. Datasets, errors and held-out cycles in the result
-/// refer to `datasets` only. Throws std::invalid_argument like identify(), and if the old model is a
-/// butterfly with an output map.
+/// Identifies a model from the datasets and the old model.
+///
+///   - The symmetry is that of the old model.
+///   - The shape of the curves is that of the old model, unless the options contain a shape.
+///   - The creep is that of the old model, unless the options contain a creep.
+///   - If the datasets do not need a delay, the old delay stays, unless it raises the error.
+///
+/// Datasets, errors and held-out cycles in the result refer to `datasets` only. Throws std::invalid_argument
+/// like identify(), and also if the old model is a butterfly with an output map.
 Identified identify_from(const OldModel& old, const std::vector<Dataset>& datasets, IdentifyOptions options);
 
 }  // namespace hystcan::identification

@@ -8,7 +8,8 @@ namespace hystcan::identification {
 namespace {
 
 constexpr double most_spans_from_zero = 10.0;
-// Span as a share of the output; characterisation.h rejects such a dataset.
+// minimum span of the output that is not constant, as a share of the output; characterisation.h refuses a
+// constant output
 constexpr double constant_output = 1e-12;
 
 double reference_of(const Dataset& dataset) {
@@ -21,7 +22,8 @@ double reference_of(const Dataset& dataset) {
 
 model::ReferenceCurve moved(const model::ReferenceCurve& curve, double by) {
   std::vector<double> coefficients = curve.coefficients();
-  const bool all = curve.basis() == model::Basis::spline;  // B-splines sum up to 1
+  // The B-splines add up to 1, so that a constant changes every coefficient.
+  const bool all = curve.basis() == model::Basis::spline;
   for (std::size_t i = 0; i < coefficients.size(); ++i) coefficients[i] += all || i == 0 ? by : 0.0;
   return curve.with(coefficients);
 }

@@ -1,5 +1,6 @@
-// The outputs of an absolute sensor: a small stroke far from zero. Squares of such outputs have no digits
-// left for the stroke, so a reference output is subtracted before they are summed.
+// Moves outputs that are far from zero, such as the outputs of an absolute sensor that measures a small
+// stroke. The squares of large outputs have no digits left for the stroke. Therefore a reference output is
+// subtracted before a fit, and added afterwards.
 #pragma once
 
 #include <vector>
@@ -9,16 +10,19 @@
 
 namespace hystcan::identification {
 
-/// Returns the middle of the outputs of each dataset; 0 if it is within ten times their span, where squares
-/// have enough digits, or if the output is constant. `one_zero`: every dataset has the middle of the first
-/// dataset.
+/// Returns the reference output of each dataset: the middle of its outputs. The reference is 0 if the middle
+/// is within ten times the span of the outputs, where squares have enough digits, or if the output is
+/// constant. `one_zero`: every dataset gets the reference of the first dataset.
 std::vector<double> reference_outputs(const std::vector<Dataset>& datasets, bool one_zero);
 
-/// Adds to each output `sign` times the reference of its dataset.
+/// Adds `sign` times the reference of its dataset to each output.
 void move_outputs(std::vector<Dataset>& datasets, const std::vector<double>& references, double sign = 1.0);
 
-/// Changes the model and the zeros as if each output were larger by `sign` times the reference of its
-/// dataset: x + r_0, and y_i = g_i (x + r_0) + zero_i + r_i - g_i r_0.
+/// Changes an identified model as if `sign` times the reference of its dataset had been added to each output.
+/// The curves move by the reference r_0 of the first dataset. The offset of dataset i, with the gain g_i,
+/// changes so that its outputs move by r_i:
+///
+///   x + r_0,   y_i = g_i (x + r_0) + offset_i + r_i - g_i r_0
 void move_outputs(Identified& identified, const std::vector<double>& references, double sign = 1.0);
 
 }  // namespace hystcan::identification

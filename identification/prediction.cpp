@@ -15,8 +15,8 @@ namespace {
 
 constexpr int loops = 16;
 
-constexpr double bias_step = 0.5;  // step of the grid of the bias
-constexpr int widest_bias = 10;    // in steps
+constexpr double bias_step = 0.5;  // step of the search grid for the bias
+constexpr int widest_bias = 10;    // largest bias of the search grid, in steps
 
 Dataset beginning_of(const Dataset& dataset, std::size_t samples) {
   Dataset beginning = dataset;
@@ -149,7 +149,7 @@ MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& da
     estimate.rms = std::sqrt(estimate.rms);
     return estimate;
   };
-  // Searches a grid of the bias, then makes a golden section search around the best value.
+  // Finds the best bias on a grid, then refines it by a golden section search.
   MemoryEstimate best{{}, 0.0, std::numeric_limits<double>::infinity()};
   for (int i = -widest_bias; i <= widest_bias; ++i)
     if (const auto now = estimate_with({Kind::nested, i * bias_step}); now.rms < best.rms) best = now;

@@ -10,8 +10,8 @@
 
 namespace hystcan::identification {
 
-/// A quantity that the search determines in addition to the curves. `dataset` is 0 except for the gain of a
-/// dataset.
+/// A quantity that the search adds to the unknowns, besides the curves. `dataset` is the index of the dataset
+/// to which a gain or an initial memory belongs; otherwise it is 0.
 struct Quantity {
   enum class Kind : std::uint8_t {
     k_ascending,
@@ -26,7 +26,7 @@ struct Quantity {
     creep,
     input_map,
     output_map,
-    mode,  ///< with its delay
+    mode,  ///< a mode and its delay
   };
   Kind kind = Kind::delay;
   std::size_t dataset = 0;
@@ -39,7 +39,8 @@ constexpr auto words(Quantity::Kind) {
                                           "output map", "a mode with a delay"});
 }
 
-/// Returns the name of the quantity in a report, with the number of the dataset, counted from 1.
+/// Returns the name of the quantity for a report. The name of a gain contains the number of its dataset,
+/// counted from 1.
 inline std::string to_string(const Quantity& quantity) {
   std::string name(word_of(quantity.kind));
   return quantity.kind == Quantity::Kind::gain ? name + " " + std::to_string(quantity.dataset + 1) : name;
