@@ -54,7 +54,6 @@ double deviation(const std::vector<Dataset>& datasets) {
   return std::sqrt(square / count);
 }
 
-// Returns the dataset without the samples whose flag in `unseen` is true.
 Dataset without(const Dataset& dataset, const std::vector<bool>& unseen) {
   if (unseen.size() != dataset.size())
     refuse("unseen flags of ", unseen.size(), " samples, expected ", dataset.size());
@@ -245,8 +244,7 @@ class Identification {
                                      : is.sample_time_s;
   }
 
-  // Decides by the held-out error of two complete searches if the model has creep. One search is not enough:
-  // at a single rate, a delay, a wider loop or another history can replace creep.
+  // Decides by the held-out errors of two searches if the model has creep: other unknowns can replace creep.
   void choose_creep(const Problem& finer) {
     SearchResult& found = result_.search;
     found = search(problem_, finer, options_);

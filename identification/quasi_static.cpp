@@ -27,10 +27,10 @@ std::vector<double> with_creep(const model::OutputCreep& creep, const std::vecto
 std::vector<double> without_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
                                   std::vector<double> outputs, const std::vector<bool>& counts) {
   if (creep.lags() == 0) return outputs;
-  constexpr double as_long = 1e-9;  // steps that differ by less than this share count as equally long
+  constexpr double as_long = 1e-9;  // time steps whose relative difference is smaller count as equally long
   const std::vector<double>& rates_per_s = creep.rates_per_s();
   model::OutputCreep::State state;
-  // Share of its distance from h that each lag covers in a step.
+  // For each lag of the creep, the share of its distance from the output h that it covers in one time step.
   std::vector<double> share(rates_per_s.size());
   double step_s = 0.0, h = 0.0;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
@@ -52,14 +52,16 @@ std::vector<double> without_creep(const model::OutputCreep& creep, const std::ve
 
 namespace {
 
-// A late SYNC moves the sample and the drive together, so its jitter matters little.
+// Maximum deviation of a row from its cycle, in cycles. A larger limit is not needed: a late SYNC delays the
+// sample and the drive together.
 constexpr double unevenness = 0.1;
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
-constexpr double decayed = 14.0;  // time constants until a response has decayed to a millionth
+// Number of time constants after which a response has decayed to a millionth.
+constexpr double decayed = 14.0;
 
-// Returns the number of zero rows that separate the end of the decay from the beginning: the transform is
-// periodic.
+// Returns the number of zeros to append to a signal. The Fourier transform is periodic: without the zeros,
+// the end of the response would run into its beginning.
 std::size_t padding(const model::Dynamics& dynamics, double cycle_s, std::size_t rows) {
   const double rate =
       std::min(dynamics.mode.damping_ratio, 1.0) * two_pi * dynamics.mode.natural_frequency_Hz;

@@ -52,7 +52,8 @@ void Regression::gather(const Dataset& samples) {
   std::ranges::stable_sort(runs_, {}, &Sums::fold);
 }
 
-// Sums the products of the columns of each fold and direction, then converts the sums to rows of theta.
+// Sums the products of all columns for each fold and direction. Then converts the sums into normal equations
+// for theta.
 void Regression::sum_up() {
   const Eigen::Index size = basis_.size(), wide = columns_.rows(), count = unknowns();
   std::array<std::vector<Eigen::MatrixXd>, 2> sums;
@@ -83,15 +84,17 @@ void Regression::sum_up() {
   }
 }
 
-// row = R B + c - S phi
-// H is the sum of R BB' R' (already in base_), l r' and r l' for the two columns of `left` and `right`.
+// Adds the part of the normal equations that depends on k, for one run of samples. A sample has the row R B +
+// c - S phi: R is the matrix of its direction, B its basis functions, c and S the rows of its branch. The
+// term R BB' R' is already in base_. The other terms of H are products of the two columns of `left` and
+// `right`.
 void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& rows, NormalEquations& to,
                          Eigen::Ref<Eigen::MatrixXd> left, Eigen::Ref<Eigen::MatrixXd> right) const {
   const Direction direction = path_.branches[run.branch].direction;
   const double k = pace.k(direction);
   const auto d = distance_.segment(run.begin, run.count).array();
   const auto w = weight_.segment(run.begin, run.count);
-  Eigen::VectorXd phi = d;  // weighted like B and y
+  Eigen::VectorXd phi = d;  // the distance d; later phi(d), multiplied by the weights like B and y
   if (std::abs(k) * basis_.thresholds().span() > 1e-6) phi = (1.0 - (-k * d).exp()) / k;
   phi.array() *= w.array();
   const Eigen::Index n = basis_.unknowns(), size = basis_.size(), own = unknowns() - n;

@@ -1,10 +1,12 @@
-// The linear least-squares problem of the reference curves for a given k, with the rows of BranchRows.
+// The linear least-squares problem for the coefficients theta of the reference curves, for a given
+// convergence rate k (branch_rows.h). The problem is summed up as normal equations, branch by branch.
 //
-// Its normal equations are summed branch by branch. The sums of B_i B_j do not depend on k and are computed
-// once, so that another k costs one exponential and n + 4 products per sample.
+// The sums of products B_i B_j of the basis functions do not depend on k and are computed once. Another k
+// therefore costs only one exponential and n + 4 products per sample, with n + 1 basis functions.
 //
-// After theta there are further linear unknowns: first the regressors, which all datasets share, then the
-// unknowns of a single dataset: a zero and a slow drift (columns 1 and its time from -1/2 to 1/2).
+// After theta there are more linear unknowns. First come the regressors, which all datasets share, and then
+// the unknowns of a single dataset: its offset (column 1) and its linear drift (column: time from -1/2 to
+// 1/2).
 #pragma once
 
 #include <Eigen/Core>
@@ -19,7 +21,8 @@
 
 namespace hystcan::identification {
 
-/// Unknowns of a single dataset in addition to the curves.
+/// The unknowns that belong to a single dataset. `offset` and `drift` of its output are fitted if they are
+/// true.
 struct Nuisances {
   bool offset = false;
   bool drift = false;
@@ -29,24 +32,24 @@ struct Nuisances {
 
 class Regression {
  public:
-  /// Instead of a fold: the sample does not count, but the path includes its input.
+  /// Mark in Dataset::fold for a sample that is not fitted. The path includes the input of this sample.
   static constexpr int left_out = -1;
-  /// `samples`: time_s is needed only for a drift, else it may be empty; regressors and nuisances are not
-  /// weighted. Every sample has a fold, from 0 to folds - 1, or left_out.
+  /// `samples`: every sample has a fold, from 0 to folds - 1, or left_out. time_s is needed only for a drift;
+  /// otherwise it may be empty. The weights of the samples do not apply to regressors, offset and drift.
   Regression(Path path, CurveBasis basis, const Dataset& samples, int folds, Nuisances nuisances = {});
 
-  /// Number of unknowns in theta, regressors and nuisances, in this order.
+  /// Returns the number of unknowns: theta, then the regressors, then the nuisances.
   Eigen::Index unknowns() const { return basis_.unknowns() + regressors_ + nuisances_.count(); }
-  /// Adds the equations of each fold to `folds`.
+  /// Adds the normal equations of each fold to `folds`, for the convergence rates in `pace`.
   void add(const Pace& pace, std::vector<NormalEquations>& folds) const;
 
  private:
-  struct Sums {  // sums over one run within one fold, weighted
+  struct Sums {  // weighted sums over the samples of one run in one fold
     std::size_t branch = 0;
     int fold = 0;
-    Eigen::Index begin = 0, count = 0;  // samples, as indices of distance_
-    Eigen::VectorXd columns;            // sum of columns_
-    double square = 0.0;                // sum of the weights
+    Eigen::Index begin = 0, count = 0;  // first sample and number of samples, as indices of distance_
+    Eigen::VectorXd columns;            // sum of the columns of columns_, times their weights
+    double square = 0.0;                // sum of the squared weights
   };
 
   void gather(const Dataset& samples);
@@ -58,12 +61,13 @@ class Regression {
   CurveBasis basis_;
   Eigen::Index regressors_;
   Nuisances nuisances_;
-  std::vector<NormalEquations> base_;  // per fold: the part that does not depend on k
-  std::vector<Sums> runs_;             // fold by fold
-  Eigen::VectorXd distance_;           // d of each sample that counts
+  // For each fold, the part of the normal equations that does not depend on k.
+  std::vector<NormalEquations> base_;
+  std::vector<Sums> runs_;    // sorted by fold
+  Eigen::VectorXd distance_;  // for each sample that counts, its distance from the start of its branch
   Eigen::VectorXd weight_;
-  // One column for each sample: B, then regressors and nuisances, then the output. Regressors and nuisances
-  // are not weighted.
+  // One column for each sample that counts: basis functions, regressors, nuisances, output. Regressors and
+  // nuisances are not multiplied by the weight.
   Eigen::MatrixXd columns_;
 };
 

@@ -17,12 +17,13 @@ namespace {
 
 using MemoryKind = InitialMemory::Kind;
 
-// The state of the search. Each step makes a new one, so that a step can be undone by keeping the state
-// before it.
+// The state of the search. Each step of the search returns a new state. To undo a step, the search continues
+// with the former state.
 struct SearchState {
-  SearchResult found;             // rms and held_out are set at the end
-  std::vector<Unknown> unknowns;  // varied unknowns, starting at the values of found.trial
-  double cost = infinite_cost;    // cost of found.trial
+  SearchResult found;  // the result so far; `rms` and `held_out` are set at the end of the search
+  // The unknowns that are varied; they start at the values in found.trial.
+  std::vector<Unknown> unknowns;
+  double cost = infinite_cost;  // cost of the trial in `found`
 
   const Trial& trial() const { return found.trial; }
   Trial at_start() const { return moved_to(numbers_of(unknowns, &Unknown::start), unknowns, found.trial); }
@@ -31,7 +32,7 @@ struct SearchState {
   }
 };
 
-// Returns a new search state that keeps only k and the tried shapes of `former`.
+// Returns the state for a new search. It keeps only k and the list of tried shapes of `former`.
 SearchState begin_anew(const SearchState& former, const IdentifyOptions& options) {
   SearchState state;
   state.found.shapes = former.found.shapes;
@@ -44,10 +45,10 @@ SearchState begin_anew(const SearchState& former, const IdentifyOptions& options
   return state;
 }
 
-// True if the search is stopped and has found something.
+// Returns true if the search was stopped, but has already found a trial with a finite error.
 bool has_enough(double least, const TrialCost& cost) { return std::isfinite(least) && !cost.go_on(); }
 
-// Selects roughly the initial memory that fits best, for each dataset separately.
+// Selects the kind of initial memory that roughly fits best, for each dataset separately.
 SearchState with_memories(SearchState state, TrialCost& cost) {
   const Problem& problem = cost.problem();
   std::vector<InitialMemory>& memories = state.found.trial.memories;
@@ -99,8 +100,8 @@ SearchState with_k(SearchState state, TrialCost& cost) {
   return state;
 }
 
-// Varies all unknowns. The next search starts from the result, with half the steps. Ends after two fifths of
-// the evaluations if the cost is then still above `promising_cost`.
+// Varies all unknowns to lower the cost. The next call starts from the result, with half the step lengths.
+// Ends after two fifths of `evaluations` if the cost is still above `promising_cost`.
 SearchState descended(SearchState state, TrialCost& cost, int evaluations,
                       double promising_cost = infinite_cost) {
   int done = 0;
@@ -130,8 +131,8 @@ SearchState refined(const SearchState& state, TrialCost& cost, int evaluations) 
   return moved;
 }
 
-// Returns the state `tried` if the held-out error falls too, else `state`. The last unknown of `tried` is
-// missing in `state`.
+// Compares two states; `tried` has one more unknown than `state`. Returns `tried`, refined, if the unknown
+// also lowers the held-out error. Otherwise returns `state`, and adds the unknown to the refused steps.
 SearchState with_unknown(SearchState state, SearchState tried, TrialCost& cost) {
   SeparableFit& fit = cost.fit();
   const Step taken{tried.unknowns.back().quantity, fit.fit(state.trial()).rms, fit.fit(tried.trial()).rms,
@@ -146,11 +147,12 @@ SearchState with_unknown(SearchState state, SearchState tried, TrialCost& cost) 
   return refined(tried, cost, 150);
 }
 
-// Adds the best remaining candidate, repeatedly, until no candidate lowers the error enough.
+// Adds the unknown that lowers the error most, again and again, until no other unknown lowers the error
+// enough.
 SearchState with_useful_unknowns(SearchState state, TrialCost& cost) {
   for (std::size_t known = 0; known < state.unknowns.size() && cost.go_on();) {
     known = state.unknowns.size();
-    state.found.refused.clear();  // refused unknowns are tried again together with the added one
+    state.found.refused.clear();  // an unknown that was refused may be useful together with the added one
     std::vector<SearchState> tried;
     for (const Unknown& candidate :
          candidates(state.trial(), state.unknowns, cost.problem(), cost.options())) {
@@ -175,8 +177,8 @@ SearchState with_curves(SearchState state, TrialCost& cost, const CurveShape& sh
   return with_useful_unknowns(refined(state, cost, 150), cost);
 }
 
-// Few datasets have enough turning points in both directions to distinguish the two k. If these datasets do
-// not, one common k is used.
+// Tries one common k instead of two. Only few datasets have enough turning points in both directions to
+// distinguish k_ascending from k_descending. Returns the state with one k if its error is nearly as small.
 SearchState with_one_k(const SearchState& state, TrialCost& cost) {
   SearchState common = state;
   std::vector<Unknown>& unknowns = common.unknowns;
@@ -203,7 +205,8 @@ SearchState with_both_k(SearchState state) {
   return state;
 }
 
-// A simplex can stop early in many dimensions: it restarts as long as this lowers the cost.
+// Refines all unknowns. With many unknowns, a simplex search can stop too early. It is therefore repeated
+// until a repetition hardly lowers the cost.
 SearchState finished(SearchState state, TrialCost& cost) {
   state = refined(state, cost, 300);
   for (double before = infinite_cost; state.cost < criteria.restart * before && cost.go_on();) {
@@ -218,10 +221,11 @@ ShapeScore scored(const SearchState& state, TrialCost& cost) {
   return {state.found.shape, cost.fit().fit(state.trial()).rms, cost.fit().held_out(state.trial())};
 }
 
-// Selects the first shape with an error near the smallest, at the present trial.
+// Tries the shapes of the curves in their order, with the present trial. Selects the first shape whose error
+// is near the smallest one.
 SearchState with_best_shape(SearchState state, TrialCost& cost, const std::vector<CurveShape>& shapes) {
   double least = infinite_cost;
-  int worse = 0;  // consecutive shapes that were not better
+  int worse = 0;  // number of consecutive shapes that were not better
   std::vector<ShapeScore>& all = state.found.shapes;
   const std::size_t first = all.size();
   for (const CurveShape& shape : shapes) {
@@ -252,8 +256,8 @@ SearchState with_best_order(SearchState state, TrialCost& cost) {
   return with_best_shape(std::move(state), cost, polynomials);
 }
 
-// Where the outputs are steep, loops close in a small part of the inputs. An input map therefore adapts the
-// rate to the course of the outputs.
+// Tries an input map. If the output is steep in a small part of the inputs, loops close quickly there. An
+// input map makes the convergence rate follow the slope of the output.
 SearchState with_input_map(const SearchState& plain, TrialCost& cost, std::vector<CurveShape> splines) {
   const Problem& problem = cost.problem();
   const ShapeScore before = scored(plain, cost);
@@ -285,8 +289,8 @@ SearchState with_input_map(const SearchState& plain, TrialCost& cost, std::vecto
   return plain;
 }
 
-// Splines need not start where the polynomials ended: if the polynomials fit badly, their k, thresholds and
-// memories compensate the wrong shape.
+// Tries splines instead of polynomials. If the polynomials fit badly, their k, thresholds and memories
+// compensate the wrong shape. In this case the splines do not start from them, but from a new search.
 SearchState with_splines(const SearchState& polynomial, TrialCost& cost) {
   const Problem& problem = cost.problem();
   const bool is_asked = cost.options().curves == CurveChoice::spline;
@@ -309,7 +313,7 @@ SearchState with_splines(const SearchState& polynomial, TrialCost& cost) {
   return back;
 }
 
-// Refines all unknowns with more samples, above all the delay.
+// Refines all unknowns with more samples than in the search. This is useful above all for the delay.
 SearchResult polished(SearchState state, TrialCost& cost) {
   cost.use(state.found.shape);
   state.cost = cost(state.trial());

@@ -1,8 +1,10 @@
-// Searches for the parameters in which the output is not linear. k_ascending and k_descending are always
-// searched. Initial memory, delay, creep, one gain per dataset and thresholds beyond the observed inputs are
-// added one by one if this lowers the error, also for held-out samples. Of all orders of the curves, the
-// lowest one is chosen whose held-out error is close to the smallest held-out error. Splines replace
-// polynomials if their held-out errors are clearly smaller.
+// Searches for those parameters of a model on which the output depends nonlinearly.
+//
+// k_ascending and k_descending are always searched. Other unknowns are added one by one: initial memory,
+// delay, creep, one gain per dataset, and thresholds beyond the observed inputs. An unknown is added only if
+// it lowers the error, and also the error of held-out samples. The order of the curves is the lowest order
+// whose held-out error is close to the smallest one. Splines replace polynomials if their held-out error is
+// clearly smaller.
 #pragma once
 
 #include <array>
@@ -17,21 +19,22 @@
 
 namespace hystcan::identification {
 
-/// One parameter that the search added, with the errors before and after, in output units.
+/// One unknown that the search added, with the errors before and after it was added, in output units.
 struct Step {
   Quantity quantity;
   double rms_before = 0.0, rms_after = 0.0;
   std::optional<double> held_out_before, held_out_after;
 };
 
-/// A shape of the curves with its errors, in output units.
+/// A shape of the reference curves, with its errors in output units. `held_out` is `nullopt` if nothing was
+/// held out.
 struct ShapeScore {
   CurveShape shape;
   double rms = 0.0;
   std::optional<double> held_out;
 
-  /// Returns the score by which models are compared: the held-out error. If nothing was held out: the error,
-  /// increased with the number of coefficients.
+  /// Returns the number by which models are compared; the smaller one is better. It is the held-out error. If
+  /// nothing was held out, it is the error, increased by 2 % for each coefficient after the first.
   double score() const { return held_out.value_or(rms * (1.0 + 0.02 * (shape.coefficients() - 1))); }
 };
 
@@ -40,8 +43,9 @@ constexpr auto words(CurveChoice) {
   return std::to_array<std::string_view>({"auto", "polynomial", "spline"});
 }
 
-/// The shape of the output: a symmetry, or a butterfly with an output map. `automatic` derives it from the
-/// dataset; it tries the butterfly by hold-out if the output passes a valley inside a swing of the input.
+/// The kind of output: `none` for no symmetry, `even` for x(v) = x(-v), or a butterfly with an output map.
+/// `automatic` decides this from the dataset. If the output passes a valley inside a swing of the input, it
+/// tries a butterfly and compares the held-out errors.
 enum class ShapeOfOutput { automatic, none, even, butterfly };
 constexpr auto words(ShapeOfOutput) {
   return std::to_array<std::string_view>({"auto", "none", "even", "butterfly"});
@@ -49,34 +53,46 @@ constexpr auto words(ShapeOfOutput) {
 
 struct IdentifyOptions {
   CurveChoice curves = CurveChoice::automatic;
-  std::optional<CurveShape> shape;  ///< shape of the reference curves; `nullopt`: chosen by hold-out
+  /// Shape of the reference curves; `nullopt`: the search selects the shape by the held-out error.
+  std::optional<CurveShape> shape;
   ShapeOfOutput output = ShapeOfOutput::automatic;
-  bool observed_thresholds = false;  ///< thresholds at the ends of the observed input range
-  bool common_zero = false;          ///< several datasets: no offsets between them
-  bool common_gain = false;          ///< several datasets: no gains between them
-  bool drift = false;                ///< each dataset has its own linear drift
-  std::optional<double> delay_s;     ///< known delay; `nullopt`: searched
+  /// True: the thresholds are the ends of the observed input range.
+  bool observed_thresholds = false;
+  /// True: all datasets have the same zero, so that their outputs have no offsets.
+  bool common_zero = false;
+  /// True: all datasets have the same gain.
+  bool common_gain = false;
+  bool drift = false;             ///< true: each dataset has its own linear drift
+  std::optional<double> delay_s;  ///< known delay; `nullopt`: the delay is searched
   std::optional<double> longest_delay_s;
-  std::optional<double> creep_per_decade;  ///< known creep, 0 for none; `nullopt`: searched
-  std::size_t search_samples = 3000;       ///< samples that the search uses; the last fit uses all
-  /// Returns false to stop with the best result so far; empty: never stops.
+  /// Known creep, 0 for none; `nullopt`: the creep is searched.
+  std::optional<double> creep_per_decade;
+  /// Number of samples in the search; the last fit uses all samples.
+  std::size_t search_samples = 3000;
+  /// Called during the search. If it returns false, the search stops with the best result so far. Empty:
+  /// never stops.
   std::function<bool()> go_on;
-  /// A flag for each sample, per dataset. The fit does not use the output of an unseen sample, but it applies
-  /// its input. Empty: no sample is unseen.
+  /// For each dataset, a flag for each sample. If it is true, the fit does not use the output of the sample,
+  /// but the path includes its input. Empty: the fit uses all samples.
   std::vector<std::vector<bool>> unseen;
-  std::size_t never_held_out = 0;  ///< number of last datasets that are never held out
+  /// So many datasets at the end of the list are never held out.
+  std::size_t never_held_out = 0;
 };
 
 struct SearchResult : ShapeScore {
   Trial trial;
-  bool one_k = false;  ///< the dataset does not distinguish k_ascending from k_descending: they are equal
+  /// True: k_ascending and k_descending are equal, because the datasets do not distinguish them.
+  bool one_k = false;
   std::vector<Step> steps;
-  std::vector<Step> refused;       ///< steps that lower the error, but not the held-out error
-  std::vector<ShapeScore> shapes;  ///< tried shapes: polynomials, then splines; empty: the shape was given
+  /// Unknowns that lower the error, but not the held-out error; they were not added.
+  std::vector<Step> refused;
+  /// All shapes that were tried: polynomials, then splines; empty if the shape was given.
+  std::vector<ShapeScore> shapes;
 };
 
-/// `finer`: the same problem with more samples, for the last steps. `options.go_on` must not be empty. Throws
-/// std::invalid_argument if no trial has a finite error.
+/// Searches for the model with the smallest error. `finer` is the same problem with more samples; the last
+/// steps use it. `options.go_on` must not be empty. Throws std::invalid_argument if no trial has a finite
+/// error.
 SearchResult search(const Problem& problem, const Problem& finer, const IdentifyOptions& options);
 
 }  // namespace hystcan::identification

@@ -6,8 +6,8 @@
 namespace hystcan::identification {
 namespace {
 
-// Share of the weight of a left-out record that is kept. A part of the curves that the other records do not
-// determine must not count against a model.
+// Share of its weight that a held-out record keeps. Without this share, parts of the curves that only this
+// record determines would be arbitrary and would count against the model.
 constexpr double kept_of_a_record = 0.01;
 
 bool same_path(const Trial& a, const Trial& b) {
@@ -23,7 +23,8 @@ Pace pace_of(const Trial& trial, model::Interval thresholds) {
   return {trial.k_span_ascending / thresholds.span(), trial.k_span_descending / thresholds.span()};
 }
 
-// Returns the best estimate for the gain of a session that is not among the records.
+// Returns the mean gain of all datasets except one: the best estimate for the gain of a session that is not
+// known.
 double mean_gain_of_others(const Trial& trial, std::size_t dataset) {
   double sum = 0.0;
   for (std::size_t i = 0; i < trial.memories.size(); ++i)
@@ -37,7 +38,8 @@ NormalEquations sum_of(const std::vector<NormalEquations>& folds) {
   return all;
 }
 
-// Returned if a k is so negative that nothing is finite.
+// Returns a result with an infinite error, for a k that is so negative that the fit contains infinite
+// numbers.
 Fitted not_fitted() {
   Fitted fitted;
   fitted.rms = std::numeric_limits<double>::infinity();
@@ -75,7 +77,8 @@ void SeparableFit::prepare(const Trial& trial) {
   prepared_ = trial;
 }
 
-// The unknowns are theta, the regressors, then the nuisances of one dataset after the other.
+// Returns the normal equations of each fold. The unknowns are theta, the regressors, then offset and drift of
+// each dataset.
 std::vector<NormalEquations> SeparableFit::systems(const Trial& trial) {
   prepare(trial);
   const Eigen::Index n = shared_unknowns();
@@ -151,7 +154,8 @@ std::vector<LeftOut> SeparableFit::left_out(const Trial& trial) {
   return parts;
 }
 
-// A constant in the curves acts as a zero of the dataset that fixes the common zero.
+// Returns the errors of a fold, predicted with the unknowns `shared`. The offset of the fold is free. For the
+// dataset whose zero is the common zero, a constant in the curves acts as its offset.
 LeftOut SeparableFit::judged(const NormalEquations& fold, const Eigen::VectorXd& shared) const {
   NormalEquations own = Eliminated(fold, shared_unknowns()).rest();
   if (std::ranges::any_of(problem_.nuisances, &Nuisances::offset)) {

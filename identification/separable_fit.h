@@ -1,5 +1,6 @@
-// Separable least squares (variable projection): the search varies only the few numbers of a Trial in which
-// the output is not linear. For each Trial the best reference curves are one linear problem (regression.h).
+// Fits a model by separable least squares (variable projection). The search varies only the few numbers of a
+// Trial, on which the output depends nonlinearly. For each Trial, the best reference curves are the solution
+// of one linear problem (regression.h).
 //
 // G. Golub, V. Pereyra, "Separable nonlinear least squares", Inverse Problems 19, 2003.
 #pragma once
@@ -19,79 +20,91 @@
 namespace hystcan::identification {
 
 struct Trial {
-  double k_span_ascending = 1.0;  ///< k times the span of the thresholds
+  double k_span_ascending = 1.0;  ///< convergence rate k times the distance of the thresholds
   double k_span_descending = 1.0;
-  double below = 0.0;  ///< lowest input minus lower threshold, in observed input spans
-  double above = 0.0;  ///< upper threshold minus highest input, in observed input spans
+  /// Distance of the lower threshold below the lowest input, in spans of the observed inputs.
+  double below = 0.0;
+  /// Distance of the upper threshold above the highest input, in spans of the observed inputs.
+  double above = 0.0;
   double delay_s = 0.0;
-  double creep_per_decade = 0.0;        ///< share of the output (model/output_creep.h)
-  std::vector<InitialMemory> memories;  ///< for each dataset
-  std::vector<double> gains;            ///< gain of each dataset's output relative to the model; empty: all 1
+  /// Creep per decade of time, as a share of the output (model/output_creep.h).
+  double creep_per_decade = 0.0;
+  std::vector<InitialMemory> memories;  ///< memory at the beginning of each dataset
+  /// Gain of each dataset's output, relative to the model; empty: all gains are 1.
+  std::vector<double> gains;
 
   double gain(std::size_t dataset) const { return gains.empty() ? 1.0 : gains[dataset]; }
 };
 
-/// Largest creep that is searched. With the lags of the search, a creep of 1/6 per decade leaves half of the
-/// output immediate, which is the limit in model/output_creep.h.
+/// Maximum creep per decade in a search. The limit in model/output_creep.h is 1/6: with the lags of a search,
+/// half of the output would then arrive late.
 inline constexpr double most_creep_per_decade = 0.16;
-/// Returns the creep with the lags of the search; `nullopt` if it is zero.
+/// Returns a creep with the lags of a search; returns `nullopt` if `per_decade` is zero.
 std::optional<model::OutputCreep::Config> creep_of(double per_decade);
 
 inline constexpr int highest_order = 20;
 
-/// The part of the problem that is the same for all trials.
+/// The data and limits of a fit that are the same for all trials.
 struct Problem {
   std::vector<Excerpt> excerpts;
-  std::vector<Nuisances> nuisances;  ///< unknowns of each excerpt; empty: none
-  Eigen::Index regressors = 0;       ///< number of regressors in each excerpt
+  /// Unknowns of each dataset (offset, drift); empty: none.
+  std::vector<Nuisances> nuisances;
+  Eigen::Index regressors = 0;  ///< number of regressors in each dataset
   int folds = 1;
-  bool whole_excerpts = false;  ///< fold i + 1 has samples of excerpt i only (dataset.h)
-  model::Interval observed;     ///< range of the inputs in the excerpts, folded
+  /// True: each fold except fold 0 contains samples of a single dataset (records_as_folds()).
+  bool whole_excerpts = false;
+  model::Interval observed;  ///< range of all inputs, folded if symmetry is even
   model::Symmetry symmetry = model::Symmetry::none;
   double output_span = 1.0;
-  // Limits for what the samples can determine.
+  // The following limits depend on how much the samples can determine.
   int highest_order = identification::highest_order;
-  int most_pieces = 0;  ///< maximum pieces of a spline; 0: no splines
-  /// Returns the knots of a spline with this number of pieces.
+  int most_pieces = 0;  ///< maximum number of pieces of a spline; 0: no splines
+  /// Returns the knots of a spline; the argument is the number of its pieces.
   std::function<std::vector<double>(int)> knots;
-  double sample_time_s = 0.0;  ///< 0: no delay can be determined
+  double sample_time_s = 0.0;  ///< time between two samples; 0: do not search a delay
 
   model::Interval thresholds(const Trial& trial) const;
 };
 
 struct Fitted {
-  model::HysteresisParameters parameters;  ///< without units
-  /// RMS error over the samples of the excerpts, output units; may be infinite.
+  model::HysteresisParameters parameters;  ///< parameters of the model; the units are empty
+  /// RMS error over the kept samples of all datasets, output units; may be infinite.
   double rms = 0.0;
-  bool valid = false;                   ///< curves and branches increase, so that an inverse exists
-  double violation = 0.0;               ///< 0 if valid; else the distance from validity (valid_curves.h)
-  std::vector<double> offsets, drifts;  ///< for each excerpt, output units; see Problem::nuisances
+  /// True if all curves and branches increase, so that the model has an inverse.
+  bool valid = false;
+  /// 0 if the model is valid; otherwise how much it violates the conditions in valid_curves.h.
+  double violation = 0.0;
+  /// Offset and drift of each dataset, output units; 0 if not fitted.
+  std::vector<double> offsets, drifts;
 };
 
-/// The samples of a fold, predicted by a fit without this fold.
+/// How well the samples of one fold are predicted by a fit to the other folds.
 struct LeftOut {
   double square = 0.0;  ///< sum of squared errors
   double samples = 0.0;
-  double gain = 1.0;  ///< slope of the measured over the predicted outputs, each from its own zero
+  /// Slope of the measured outputs over the predicted outputs, each measured from its own zero.
+  double gain = 1.0;
 
   double rms() const { return samples > 0.0 ? std::sqrt(square / samples) : 0.0; }
 };
 
 class SeparableFit {
  public:
-  /// Resolution at which branches are checked. The final model is checked at the resolution of a model file.
+  /// Number of grid steps in a check of the branches. The search uses `coarse_scan`. The final model is
+  /// checked with `fine_scan`, as every model that is read from a file.
   static constexpr std::size_t coarse_scan = 50, fine_scan = 200;
   SeparableFit(const Problem& problem, CurveShape shape, std::size_t scan_steps);
 
-  /// Returns the best curves that make an invertible model (valid_curves.h) with the trial's k. An RMS error
-  /// above `limit` may be returned as infinite.
+  /// Returns the best curves with the k of the trial that make an invertible model (valid_curves.h). If the
+  /// RMS error is above `limit`, it may be returned as infinite.
   Fitted fit(const Trial& trial, double limit = std::numeric_limits<double>::infinity());
 
-  /// Predicts each fold except fold 0, with its own zero and drift; the gain of a whole excerpt is the mean
-  /// of the other gains. Empty if a k is so negative that nothing is finite.
+  /// Predicts each fold except fold 0 by a fit to the other folds. Each fold has its own offset and drift. If
+  /// a fold is a whole dataset, its gain is the mean gain of the other datasets. Empty if a k is so negative
+  /// that the fit contains infinite numbers.
   std::vector<LeftOut> left_out(const Trial& trial);
-  /// Returns the RMS error over all of left_out(); infinite if that is empty; `nullopt` if the folds have no
-  /// samples.
+  /// Returns the RMS error over all folds of left_out(). Returns infinity if left_out() is empty, and
+  /// `nullopt` if nothing is held out.
   std::optional<double> held_out(const Trial& trial);
 
  private:
@@ -111,7 +124,7 @@ class SeparableFit {
   const Problem& problem_;
   CurveShape shape_;
   ValidCurves curves_;
-  std::vector<Regression> regressions_;  // equations for the last trial, for all k
+  std::vector<Regression> regressions_;  // equations of each dataset for the last trial; valid for all k
   std::optional<Trial> prepared_;
 };
 

@@ -13,7 +13,8 @@ namespace {
 
 constexpr std::size_t most_cells = 400;
 
-// Returns the ends of the range, and quantiles of the inputs between them.
+// Returns the borders of cells that contain about the same number of inputs. The first and the last border
+// are the ends of the range.
 std::vector<double> quantiles(const std::vector<Dataset>& datasets, model::Interval observed) {
   std::vector<double> inputs;
   for (const Dataset& dataset : datasets)
@@ -29,7 +30,8 @@ std::vector<double> quantiles(const std::vector<Dataset>& datasets, model::Inter
   return borders;
 }
 
-// Adds `amount` to the cells between two inputs, in proportion to their lengths.
+// Adds `amount` to the cells between the inputs a and b. Each cell gets a share in proportion to its part of
+// the interval.
 void spread(const std::vector<double>& borders, double a, double b, double amount,
             std::vector<double>& cells) {
   const auto [lo, hi] = std::minmax(a, b);
@@ -40,8 +42,8 @@ void spread(const std::vector<double>& borders, double a, double b, double amoun
   }
 }
 
-// Returns the mean change of the outputs in each cell, with rising and falling inputs combined, so that noise
-// cancels.
+// Returns the mean change of the output across each cell. Rising and falling inputs are combined, so that
+// noise cancels.
 std::vector<double> output_ways(const std::vector<Dataset>& datasets, const std::vector<double>& borders) {
   std::vector<double> rise(borders.size() - 1, 0.0), run = rise;
   for (const Dataset& dataset : datasets)
@@ -60,7 +62,8 @@ struct Sample {
   double input, output, weight;
 };
 
-// Pools neighbours whose mean outputs fall, until none falls.
+// Returns blocks of samples with increasing outputs. Merges neighbours whose mean outputs fall, until none
+// fall.
 std::vector<Sample> pooled(std::vector<Sample> samples) {
   std::ranges::sort(samples, {}, &Sample::input);
   std::vector<Sample> blocks;
@@ -78,7 +81,7 @@ std::vector<Sample> pooled(std::vector<Sample> samples) {
   return blocks;
 }
 
-// Returns the output on straight lines between the blocks.
+// Returns the output at an input, interpolated linearly between the blocks.
 double output_at(const std::vector<Sample>& course, double input) {
   const auto after = std::ranges::lower_bound(course, input, {}, &Sample::input);
   if (after == course.begin()) return course.front().output;

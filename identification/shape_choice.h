@@ -1,4 +1,5 @@
-// Derives the shape of the reference curves from the samples, before a fit.
+// Finds shapes for the reference curves from the samples, before a fit: the knots of splines, and the mean
+// course of the output.
 #pragma once
 
 #include <functional>
@@ -8,18 +9,18 @@
 
 namespace hystcan::identification {
 
-/// Returns a function for the knots of a spline with a given number of pieces, from one end of the observed
-/// inputs to the other. The knots are close together where the output is steep, and follow the density of
-/// inputs. They divide the inputs into equal shares. The share of an interval consists of one third each of
-/// its length, of the change of the outputs in it, and of the number of samples in it.
+/// Returns a function that gives the knots of a spline for a number of pieces. The knots extend over the
+/// range `observed`. They are close together where the output is steep and where many samples are. More
+/// exactly, they divide the range into pieces of equal weight. The weight of a piece is the mean of three
+/// shares: of the length, of the change of the output, and of the number of samples.
 std::function<std::vector<double>(int)> knot_places(const std::vector<Dataset>& datasets,
                                                     model::Interval observed);
 
-/// Returns the mean output over the input, without hysteresis: the mean of two functions, one for rising and
-/// one for falling inputs, each the nearest function that never falls (isotonic regression by pooling
-/// adjacent violators; R. Barlow, D. Bartholomew, J. Bremner, H. Brunk, "Statistical Inference under Order
-/// Restrictions", 1972). The samples are those of the excerpts at the trial's delay and gains, without the
-/// offsets.
+/// Returns the mean output as a function of the input, without hysteresis. It is the mean of two functions,
+/// for rising and for falling inputs. Each of them is the closest function that never falls (isotonic
+/// regression by pooling adjacent violators; R. Barlow, D. Bartholomew, J. Bremner, H. Brunk, "Statistical
+/// Inference under Order Restrictions", 1972). The samples are those of the problem, with the delay, creep
+/// and gains of the trial, and without `offsets`.
 std::function<double(double)> mean_course(const Problem& problem, const Trial& trial,
                                           const std::vector<double>& offsets);
 

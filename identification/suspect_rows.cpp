@@ -17,11 +17,12 @@ constexpr double many_times_noise = 20.0;
 constexpr double share_of_range = 0.02;
 constexpr double many_local_steps = 10.0;
 constexpr double many_usual_steps = 3.0;
-constexpr std::size_t ignored_large_steps = 3;  // may be the jump at the beginning or end of a record
-// Share of the rows; if there are more, they are pulses of the excitation.
+// Number of large steps that are ignored: the drive may begin or end with a jump.
+constexpr std::size_t ignored_large_steps = 3;
+// A larger share of suspect rows means that they are pulses of the excitation and not glitches.
 constexpr double most_glitches = 0.002;
 constexpr std::size_t always_glitches = 3;
-// An output follows a jump if it moves by more than this share of the mean gain's prediction.
+// The output follows a jump of the input if it moves by more than this share of the jump times the mean gain.
 constexpr double follows = 0.3;
 
 double quantile(std::vector<double> values, double share) {
@@ -51,7 +52,8 @@ std::vector<bool> marked(const std::vector<SuspectRow>& suspects, std::size_t ro
   return is_suspect;
 }
 
-/// `allowed`: additional limit of the distance at a row.
+/// Returns the rows whose value is too far from the median of the rows around it. `allowed`: one more lower
+/// limit for the distance, for each row.
 std::vector<SuspectRow> suspects_of(const std::vector<double>& values,
                                     const std::function<double(std::size_t)>& allowed) {
   std::vector<SuspectRow> suspects;
@@ -101,14 +103,15 @@ bool is_followed(const Dataset& dataset, const SuspectRow& glitch) {
   return distance > follows * mean_gain(dataset) * std::abs(glitch.value - glitch.usual);
 }
 
-/// Removes suspects that are jumps at the beginning or end of the drive.
+/// Removes those suspect inputs that are only the jump of the drive at the beginning or end of the record.
 void leave_jumps_at_ends(std::vector<SuspectRow>& suspects, const Dataset& dataset) {
   const std::vector<double>& input = dataset.input;
   model::Interval others{std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   const std::vector<bool> is_suspect = marked(suspects, input.size());
   for (std::size_t i = 0; i < input.size(); ++i)
     if (!is_suspect[i]) others = {std::min(others.lo, input[i]), std::max(others.hi, input[i])};
-  std::size_t first = 0, last = input.size();  // range of rows without the suspects at the ends
+  // Range of rows without the suspects at both ends of the record.
+  std::size_t first = 0, last = input.size();
   while (first < last && is_suspect[first]) ++first;
   while (last > first && is_suspect[last - 1]) --last;
   const double slack = share_of_range * others.span();
@@ -119,7 +122,7 @@ void leave_jumps_at_ends(std::vector<SuspectRow>& suspects, const Dataset& datas
   });
 }
 
-/// Returns `nullopt` if the suspects are pulses of the excitation.
+/// Returns the suspect inputs. Returns `nullopt` if there are so many that they are pulses of the excitation.
 std::optional<std::vector<SuspectRow>> suspect_inputs(const Dataset& dataset) {
   const std::vector<double>& input = dataset.input;
   std::vector<SuspectRow> suspects = suspects_of(input, [](std::size_t) { return 0.0; });
@@ -143,9 +146,11 @@ std::vector<SuspectRow> suspect_outputs(const Dataset& dataset, const std::vecto
 }
 
 constexpr std::size_t least_rows_at_end = 5;
-constexpr double least_share_at_end = 0.01;  // minimum share of the rows
-constexpr double moves = 0.05;               // minimum travel of the input, as a share of its range
-constexpr double as_steep = 0.3;             // minimum slope beside the end, as a share of the mean slope
+constexpr double least_share_at_end = 0.01;  // minimum share of the rows at the end of the sensor
+// Minimum travel of the input at the end of the sensor, as a share of its range.
+constexpr double moves = 0.05;
+// Minimum slope of the output beside the end of the sensor, as a share of its mean slope.
+constexpr double as_steep = 0.3;
 
 class AtEnd {
  public:
@@ -171,7 +176,8 @@ class AtEnd {
   bool stands_still(std::size_t begin, std::size_t end) const {
     std::vector<double> steps;
     for (std::size_t i = begin + 1; i < end; ++i) steps.push_back(step(i));
-    std::ranges::sort(steps, std::greater<>());  // a delay holds the output while the drive jumps
+    // The largest steps do not count: a delay holds the output while the drive jumps.
+    std::ranges::sort(steps, std::greater<>());
     double travel = 0.0;
     for (std::size_t i = ignored_large_steps; i < steps.size(); ++i) travel += steps[i];
     if (!(travel >= moves * range_)) return false;
@@ -229,13 +235,14 @@ Dataset without_rows(const Dataset& dataset, const std::vector<SuspectRow>& susp
 bool has_same_rows(const Dataset& a, const Dataset& b) {
   const Dataset &longer = a.size() < b.size() ? b : a, &shorter = a.size() < b.size() ? a : b;
   if (shorter.size() < least_samples) return false;
-  constexpr double same = 1e-6;  // tolerance, as a share of the range
+  constexpr double same = 1e-6;  // tolerance, as a share of the range of a column
   const double near_in = same * span_of(shorter.input), near_out = same * span_of(shorter.output),
                near_s = same * span_of(shorter.time_s);
   const auto elapsed_s = [](const Dataset& of, std::size_t from, std::size_t to) {
     return of.time_s[to] - of.time_s[from];
   };
-  // Records begin with a rest, in which every shift fits. Their highest input therefore is compared first.
+  // Compares the highest input first, because it finds a wrong shift at once. Records often begin at rest,
+  // where every shift fits.
   const auto highest =
       static_cast<std::size_t>(std::ranges::max_element(shorter.input) - shorter.input.begin());
   for (std::size_t first = 0; first + shorter.size() <= longer.size(); ++first) {

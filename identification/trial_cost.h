@@ -1,4 +1,5 @@
-// The cost of a trial in a search.
+// The cost that a search minimises: the error of the best model for a trial, with a surcharge for invalid
+// models.
 #pragma once
 
 #include <limits>
@@ -16,30 +17,31 @@ class TrialCost {
  public:
   /// `options.go_on` must not be empty.
   TrialCost(const Problem& problem, const IdentifyOptions& options) : problem_(problem), options_(options) {}
-  /// Begins a new fit. A fit keeps the inequalities that were active (valid_curves.h), and the last digits of
-  /// later results depend on them.
+  /// Begins to fit curves of another shape. Forgets the inequalities that were active in former fits
+  /// (valid_curves.h), because the last digits of later results depend on them.
   void use(const CurveShape& shape);
 
-  /// Returns the RMS error of the best curves, output units, with a surcharge if they are not valid. May
-  /// return infinity if the error is not below `limit`; returns infinity if the options or the criteria
-  /// exclude the trial.
+  /// Returns the cost of a trial: the RMS error of its best curves, output units, with a surcharge if they
+  /// are not valid. Returns infinity if the options or the criteria do not allow the trial. If the error is
+  /// not below `limit`, the result may also be infinity.
   double operator()(const Trial& trial, double limit = infinite_cost);
 
-  /// Returns the values of k times span to try: the given ones, and larger ones for steep curves.
+  /// Returns the values of k times span with which a search starts: the given ones, and also larger ones if
+  /// the curves are steep.
   std::vector<double> paces(std::vector<double> k_spans) const;
 
   const Problem& problem() const { return problem_; }
   const IdentifyOptions& options() const { return options_; }
   bool go_on() const { return options_.go_on(); }
-  /// Returns the fit with the shape in use.
+  /// Returns the fit that belongs to the shape in the last use().
   SeparableFit& fit() { return *fit_; }
 
  private:
   const Problem& problem_;
   const IdentifyOptions& options_;
   std::optional<SeparableFit> fit_;
-  /// > 1 if nearly all of the output changes in a small part of the inputs: loops are then as small as this
-  /// part.
+  /// Greater than 1 if nearly the whole change of the output is in a small part of the inputs. The loops are
+  /// then as small as this part, and k is larger by this factor.
   double steepness_ = 1.0;
 };
 

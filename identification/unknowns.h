@@ -1,4 +1,4 @@
-// The unknowns of a trial that the search varies.
+// The unknowns that a search varies, and functions that write their values into a trial.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,7 +11,8 @@
 
 namespace hystcan::identification {
 
-/// One unknown, on a scale where a step of one is reasonable.
+/// One unknown of a search, on a scale on which a step of one is reasonable. `set` writes a value of this
+/// scale into a trial.
 struct Unknown {
   Quantity quantity;
   double start = 0.0;
@@ -19,20 +20,21 @@ struct Unknown {
   std::function<void(Trial&, double)> set;
 };
 
-/// Returns the start values or the steps of the unknowns.
+/// Returns one number of each unknown: `number` is &Unknown::start or &Unknown::step.
 Eigen::VectorXd numbers_of(const std::vector<Unknown>& unknowns, double Unknown::*number);
-/// Returns the trial with these values of the unknowns.
+/// Returns the trial after each unknown got its element of `values`.
 Trial moved_to(const Eigen::VectorXd& values, const std::vector<Unknown>& unknowns, Trial trial);
 
-/// Returns the two unknowns k_ascending and k_descending.
+/// Returns the two unknowns k_ascending and k_descending, starting at their values in the trial.
 std::vector<Unknown> both_k(const Trial& trial);
-/// Returns an unknown: the bias of the initial memory of a dataset.
+/// Returns the bias of a dataset's initial memory as an unknown that starts at `start`.
 Unknown bias_of(std::size_t dataset, double start);
-/// Returns an unknown: the delay in units of `unit_s`, starting at one unit.
+/// Returns the delay as an unknown. Its unit is `unit_s`, and it starts at one unit.
 Unknown delay_of(double unit_s);
-/// Returns an unknown: the gain of a dataset relative to the first dataset.
+/// Returns the gain of a dataset, relative to the first dataset, as an unknown that starts at the gain
+/// `start`.
 Unknown gain_of(std::size_t dataset, double start);
-/// Returns the unknowns that can be searched in addition to `used`.
+/// Returns the unknowns that a search can still add to those in `used`.
 std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used, const Problem& problem,
                                 const IdentifyOptions& options);
 

@@ -14,20 +14,28 @@ namespace {
 
 using model::Direction;
 
-constexpr Eigen::Index points_per_step = 8;  // the grid of curves is finer than the grid of branches
-constexpr Eigen::Index kinds = 3;            // slope rising, slope falling, gap
-// Share of the mean slope: flatter curves magnify noise when inverted.
+// Number of grid points for the curves per grid step for the branches.
+constexpr Eigen::Index points_per_step = 8;
+// Three kinds of rows: slope of the rising curve, slope of the falling curve, gap.
+constexpr Eigen::Index kinds = 3;
+// Minimum slope of a curve, as a share of the mean slope. The inverse of a flatter curve would magnify noise.
 constexpr double least_slope = 2e-3;
-constexpr double least_branch = 1e-3;     // slope of a branch, as a share of the mean slope
-constexpr std::ptrdiff_t most_cuts = 60;  // maximum cuts kept for the next problem
+constexpr double least_branch = 1e-3;  // minimum slope of a branch, as a share of the mean slope
+// Maximum number of cuts that are kept for the next problem.
+constexpr std::ptrdiff_t most_cuts = 60;
 constexpr int most_rounds = 60;
-constexpr std::ptrdiff_t most_rows = 40;  // maximum rows of curves kept for the next problem
-constexpr double nearly = 0.9;            // a bound counts as satisfied above this share of it
-// Tolerance of the largest square for cancellation, as a share of the square of the outputs.
+// Maximum number of rows of curves_ that are kept for the next problem.
+constexpr std::ptrdiff_t most_rows = 40;
+// A bound counts as satisfied if the value is above this share of it.
+constexpr double nearly = 0.9;
+// Additional tolerance for the largest sum of squares, as a share of the sum of squared outputs: rounding
+// errors.
 constexpr double cancellation = 1e-12;
 
-// Least squares with rows theta >= bounds, from the triangle R of H = R'R:
-//   R theta = R'^-1 g + z,   |z| as short as the rows allow
+// Least squares for theta with the inequalities row . theta >= bound. With the triangle R of the normal
+// equations, H = R'R, and their right side g, the problem is to find the shortest vector z:
+//
+//   R theta = R'^-1 g + z,   |z| as short as the inequalities allow
 class WithinRows {
  public:
   WithinRows(const NormalEquations& system, const CurveBasis& basis)
@@ -35,7 +43,8 @@ class WithinRows {
         free_(cholesky_.matrixL().solve(system.g)),
         shortest_(system.g.size()) {}
   Eigen::VectorXd theta() const { return cholesky_.matrixU().solve(free_ + shortest_.z()); }
-  /// Returns false if, to rounding, no theta satisfies this row and the rows before.
+  /// Adds an inequality. Returns false if no theta satisfies this inequality and the former ones, to
+  /// rounding.
   bool meet(const Eigen::VectorXd& row, double bound) {
     const Eigen::VectorXd g = cholesky_.matrixL().solve(row);
     return shortest_.meet(g, bound - g.dot(free_));
@@ -47,15 +56,16 @@ class WithinRows {
   LeastDistance shortest_;
 };
 
-// A row of curves or branches, and the smallest value that it may have.
+// An inequality for theta: the product of this row (of a curve or a branch) with theta must be at least
+// `least`.
 struct Bound {
   Eigen::VectorXd row;
   double least;
 };
 
-// Returns the best theta with these rows. If its residual is above the limit, it may satisfy only some of
-// them. The row that is violated most, relative to its bound, is added first. Each row raises the residual
-// and may make other rows inactive.
+// Returns the best theta that satisfies the inequalities. In each round, the inequality that is violated
+// most, relative to its bound, is added; it increases the residual and may make others inactive. Stops when
+// the residual exceeds the limit; theta then may satisfy only some of the inequalities.
 Eigen::VectorXd best_with(const std::vector<Bound>& bounds, WithinRows& least_squares,
                           const NormalEquations& system, double largest_square) {
   for (std::size_t exchanges = 10 * (bounds.size() + 1); exchanges > 0; --exchanges) {
@@ -82,8 +92,8 @@ ValidCurves::ValidCurves(CurveShape shape, std::size_t scan_steps)
       points_(points_per_step * static_cast<Eigen::Index>(scan_steps) + 1),
       curves_(Eigen::MatrixXd::Zero(0, basis_.unknowns())) {}
 
-// Updates the rows of curves_. The rows of a polynomial are the same for all thresholds; those of a spline
-// are not.
+// Updates the basis and the rows of curves_ for new thresholds. The rows of a polynomial do not depend on the
+// thresholds, but the rows of a spline do.
 void ValidCurves::use(model::Interval thresholds) {
   const model::Interval& present = basis_.thresholds();
   if (curves_.rows() > 0 && present.lo == thresholds.lo && present.hi == thresholds.hi) return;
@@ -110,7 +120,8 @@ void ValidCurves::use(model::Interval thresholds) {
 
 void ValidCurves::add_cuts(std::vector<model::DecreasingBranch> branches) {
   const model::Interval& thresholds = basis_.thresholds();
-  const auto in_spans = [&](double v) {  // exactly 0 and 1 at the thresholds
+  // Relative input: exactly 0 and 1 at the thresholds.
+  const auto in_spans = [&](double v) {
     const double t = (v - thresholds.lo) / thresholds.span();
     return t < 1e-9 ? 0.0 : t > 1.0 - 1e-9 ? 1.0 : t;
   };
@@ -120,7 +131,8 @@ void ValidCurves::add_cuts(std::vector<model::DecreasingBranch> branches) {
   }
 }
 
-// The path to the branch begins at the threshold where the scan of model/validity.h begins.
+// Returns the row for the slope of a decreasing branch at the input where it is lowest. The path to this
+// branch begins at the threshold from which model/validity.h scans it.
 Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pace& pace) const {
   const model::Interval& thresholds = basis_.thresholds();
   const auto input = [&](double spans) {
@@ -140,7 +152,8 @@ Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pa
   return BranchRows(path, basis_, pace).slope(path.branches[last], last, input(cut.input));
 }
 
-// Returns the steepest decrease of a curve or a branch, in mean slopes.
+// Returns the steepest decrease of a curve or a branch, in mean slopes. Adds the decreasing branches to the
+// cuts.
 double ValidCurves::violation(const Eigen::VectorXd& theta, double lowest, const Pace& pace,
                               double mean_slope) {
   if (lowest < 0.0) return -lowest / (mean_slope * basis_.thresholds().span());
@@ -151,15 +164,15 @@ double ValidCurves::violation(const Eigen::VectorXd& theta, double lowest, const
   return steepest;
 }
 
-// Separates curves that cross by adding a gap whose row in curves_ is 1. Mixing with a line cannot separate
-// them, because a line has no gap.
+// Separates two curves that cross, by adding a pair of curves with a positive gap to theta. Mixing with a
+// straight line, which has no gap, cannot separate them.
 void ValidCurves::separate_curves(Eigen::VectorXd& theta, double bound) const {
   const double gap = (curves_.bottomRows(points_) * theta).minCoeff();
   if (gap < 0.0) theta += (bound - gap) * basis_.open();
 }
 
-// Slopes are linear in theta, and a straight line without a loop has the same slope everywhere. Mixing in a
-// share of the line that corresponds to the violation therefore makes all slopes valid.
+// Makes all slopes valid by mixing theta with a straight line without a loop. The slopes are linear in theta,
+// and the line has the same slope everywhere. The share of the line depends on the violation.
 void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,
                                 double least_rise) const {
   Eigen::MatrixXd lines(theta.size(), 2);
