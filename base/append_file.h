@@ -50,7 +50,7 @@ class AppendFile {
   int descriptor_ = -1;
   bool is_regular_ = true;
   std::uint64_t written_ = 0;  ///< number of bytes in the file, whole lines only
-  /// Lines that are not yet written; its memory never grows, because it holds at most 64 KiB
+  /// Lines that are not yet written. The memory of the text never grows, because it holds at most 64 KiB.
   std::string kept_;
   std::error_code error_;
 };

@@ -40,7 +40,7 @@ class DescriptorBuffer : public std::streambuf {
     while (true) {
       const ssize_t received = ::read(descriptor_.get(), data_.data(), data_.size());
       if (received > 0) return take(received);
-      // a writer has opened the FIFO, but has written nothing yet
+      // A writer has opened the FIFO, but has written nothing yet.
       if (received < 0 && errno == EAGAIN) return;
       if (received < 0 && errno != EINTR) input.refuse();
       if (WaitClock::now() > deadline) input.refuse("it is a pipe without a writer");
@@ -52,7 +52,7 @@ class DescriptorBuffer : public std::streambuf {
   int_type underflow() override {
     if (gptr() != egptr()) return traits_type::to_int_type(*gptr());
     pollfd input{.fd = descriptor_.get(), .events = POLLIN, .revents = 0};
-    // a signal interrupts poll(), even if the system restarts an interrupted read()
+    // A signal interrupts poll(), even if the system restarts an interrupted read().
     if (::poll(&input, 1, -1) < 0) fail();
     const ssize_t received = ::read(descriptor_.get(), data_.data(), data_.size());
     if (received < 0) fail();

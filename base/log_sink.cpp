@@ -89,7 +89,7 @@ class LogSink::Queue {
   /// the line if the stream is closed.
   void write_one(std::unique_lock<std::mutex>& lock) {
     if (lines_.empty()) lines_.push_back(note_of(std::exchange(dropped_, 0)));
-    // stays valid without the lock, because a deque does not move its elements
+    // `rest` stays valid without the lock, because a deque does not move its elements.
     std::string_view rest = lines_.front();
     Written result = Written::timed_out;
     while (result == Written::timed_out && !ending_) {

@@ -70,7 +70,7 @@ void Progress::draw(std::uint64_t done, std::uint64_t rows) {
   const std::string counted = rows < 1'000'000
                                   ? fmt::format("{} {}", rows, unit_)
                                   : fmt::format("{:.3g} million {}", static_cast<double>(rows) * 1e-6, unit_);
-  // read for each drawing, because the user may have changed the size of the window
+  // The width is read for each drawing, because the user may have changed the size of the window.
   const std::size_t columns = columns_of_terminal();
   if (total_ == 0) {
     const std::string line = fmt::format("{}: {}, {:.0f} s", what_, counted, elapsed_s);

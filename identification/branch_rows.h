@@ -21,11 +21,11 @@ class BranchRows {
   /// Computes the rows of all branches of `path`. `basis` must exist as long as the object.
   BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace);
 
-  // Return the row for the offset c of a branch, and the row for its coefficient S.
+  // Return the rows whose products with theta are the offset c and the coefficient S of a branch.
   auto offset(std::size_t branch) const { return offset_.col(static_cast<Eigen::Index>(branch)); }
   auto convergence(std::size_t branch) const { return convergence_.col(static_cast<Eigen::Index>(branch)); }
-  /// Returns the row for the slope of the output at `input` on a branch of the path, per unit of the input
-  /// map h.
+  /// Returns the row whose product with theta is the slope of the output at `input`, per unit of the input
+  /// map h. `branch` is the index of the branch in the path, and `shape` the branch itself.
   Eigen::VectorXd slope(const PathBranch& shape, std::size_t branch, double input) const;
 
  private:

@@ -16,7 +16,7 @@
 namespace hystcan::identification {
 namespace {
 
-// minimum reversal that counts as a turning point, as a share of the input span
+// Minimum reversal that counts as a turning point, as a share of the input span.
 constexpr double least_input_swing = 0.02;
 // Minimum depth of a valley on both sides, as a share of the output span.
 constexpr double valley_depth = 0.05;
@@ -84,8 +84,9 @@ std::vector<double> sides_of(const Dataset& dataset, const std::vector<Swing>& s
   return sides;
 }
 
-// Scales the weights so that their mean square is 1; errors of the fit then have the size of m. If an error
-// of 1 was `slope` in units of x before, returns its size in units of x after scaling.
+// Scales the weights of all samples so that their mean square is 1. Then an error in the fit has the size of
+// m. Returns the size of such an error in units of the output x; `slope` is this size for a weight of 1
+// before scaling.
 double scale_weights(std::vector<Dataset>& datasets, double slope) {
   double largest = 0.0, square = 0.0, samples = 0.0;
   for (const Dataset& dataset : datasets)

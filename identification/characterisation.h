@@ -38,10 +38,10 @@ Characterisation characterise(const Dataset& dataset, model::Interval observed);
 /// Linear trends in the residual of a model (measured output minus predicted output). Each trend is a change
 /// of the residual, in output units.
 struct Trends {
-  double drift = 0.0;        ///< from the first sample to the last one
+  double drift = 0.0;        ///< change of the residual from the first sample to the last one
   double drift_error = 0.0;  ///< standard error of `drift`, by the jackknife method with blocks
-  double rate = 0.0;         ///< from the fastest fall of the input to its fastest rise
-  double gain = 0.0;         ///< from the lowest prediction to the highest one
+  double rate = 0.0;         ///< change from the fastest fall of the input to its fastest rise
+  double gain = 0.0;         ///< change from the lowest prediction to the highest one
 };
 Trends trends(const Dataset& dataset, const std::vector<double>& predicted);
 

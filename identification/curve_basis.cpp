@@ -134,8 +134,8 @@ VectorXd CurveBasis::line() const {
   return theta;
 }
 
-// Returns curves that differ by 2 (1 - t) = 1 - (2 t - 1), with f^A = 0. For splines, a function that is zero
-// at the upper threshold has its first n coefficients as the q of theta.
+// Uses 2 (1 - t) = 1 - (2 t - 1), a constant minus a line. For splines, the q in theta of a function that is
+// zero at the upper threshold are its first n coefficients.
 VectorXd CurveBasis::open() const {
   VectorXd theta = VectorXd::Zero(unknowns());
   if (shape_.is_spline())

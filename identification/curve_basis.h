@@ -71,18 +71,19 @@ class CurveBasis {
   void values(double input, Eigen::Ref<Eigen::VectorXd> row) const;
   void slopes(double input, Eigen::Ref<Eigen::VectorXd> row) const;
 
-  /// Returns the row of theta for a sum of values (or slopes) of one reference curve at several inputs. `sum` is
-  /// the sum of the rows that values() (or slopes()) computes at these inputs.
+  /// Returns the row of theta for a sum of values (or slopes) of one reference curve at several inputs. `sum`
+  /// is the sum of the rows that values() (or slopes()) computes at these inputs.
   Eigen::VectorXd row(model::Direction direction, const Eigen::VectorXd& sum) const;
-  /// Returns the matrix whose product with `sum` is row().
+  /// Returns the matrix R of one reference curve: row(direction, sum) = R sum.
   Eigen::MatrixXd rows(model::Direction direction) const;
   /// Returns a row of theta for the gap between the curves, (f_0^D - f_0^A) / (2 (1 - t)), at the relative
   /// input t = (v - v_lo) / (v_hi - v_lo). The gap is divided by 1 - t because it is zero at t = 1; there,
   /// the row is the limit.
   Eigen::VectorXd gap(double t) const;
 
-  /// Return the unknowns theta of three pairs of curves: both curves are 1; both are the line 2 t - 1 from -1
-  /// to 1; the ascending curve is 0 and the row gap() has the value 1 everywhere.
+  /// Return theta for three pairs of curves, with the relative input t from 0 to 1. constant(): both curves
+  /// are 1. line(): both curves are 2 t - 1. open(): the ascending curve is 0, and the descending curve is 2
+  /// (1 - t).
   Eigen::VectorXd constant() const;
   Eigen::VectorXd line() const;
   Eigen::VectorXd open() const;

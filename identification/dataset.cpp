@@ -12,8 +12,9 @@ constexpr std::size_t most_turning_points = 2000;  // maximum number of turning 
 
 // Minimum swing of the input that counts as a cycle, as a share of its range.
 constexpr double least_swing_of_range = 0.02;
-constexpr double at_the_end = 0.01;  // a cycle within this share of the range from an end reaches the end
-constexpr int most_folds = 4;        // maximum number of folds in addition to fold 0
+// A cycle reaches an end of the range if it comes so close (share of the range).
+constexpr double at_the_end = 0.01;
+constexpr int most_folds = 4;  // maximum number of folds in addition to fold 0
 
 // Returns the number of the cycle to which each sample belongs. The first cycle has the number `first`.
 std::vector<std::size_t> cycles_of(const Dataset& dataset, double swing, std::size_t first) {

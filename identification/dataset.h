@@ -31,7 +31,8 @@ struct Dataset {
   std::vector<double> weight{};  ///< weight of each sample's error in a fit; empty: all weights are 1
   /// Fold of each sample in a fit, 0 or more; Regression::left_out for a sample that is not fitted.
   std::vector<int> fold{};
-  /// Functions of time that are fitted to the output in addition to the curves. They do not get the weights.
+  /// More columns, with one value per sample, that are fitted to the output together with the curves.
+  /// `weight` does not apply to them.
   std::vector<std::vector<double>> regressors{};
 
   std::size_t size() const { return input.size(); }

@@ -59,7 +59,7 @@ std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult
 /// units. All other values are the identified ones.
 struct Landscape {
   std::vector<double> k_ascending, k_descending;
-  /// Rms[i][j] belongs to k_descending[i] and k_ascending[j].
+  /// RMS error with k_descending[i] and k_ascending[j], at the place [i][j].
   std::vector<std::vector<double>> rms;
 };
 Landscape landscape(const std::vector<Dataset>& datasets, const Identified& identified, int points);

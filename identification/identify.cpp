@@ -22,7 +22,7 @@ constexpr double unexplained = 0.5;
 // An output map is used only if it lowers the held-out error to this share of the error without it.
 constexpr double worth_a_map = 0.9;
 constexpr int most_pieces = 22;           // maximum number of pieces of a spline
-constexpr std::size_t finer_samples = 5;  // a search ends with so many times more samples
+constexpr std::size_t finer_samples = 5;  // the last steps of a search use so many times more samples
 constexpr double worth_creep = 0.97;      // maximum score of a model with creep, relative to one without
 constexpr double shows_creep_s = 0.005;   // longer time steps do not show creep (half of the shortest lag)
 // Another ascending curve may replace the fitted one if it differs by less than this share of the error.

@@ -105,7 +105,7 @@ Identified identify_from(const OldModel& old, const std::vector<Dataset>& datase
   options.output = parameters.symmetry == model::Symmetry::even ? ShapeOfOutput::even : ShapeOfOutput::none;
   if (!options.shape && options.curves == CurveChoice::automatic) options.shape = shape_of(parameters);
   options.never_held_out = 1;
-  // The thresholds of the old model, or inputs beyond them.
+  // The loops of the old model reach its thresholds, so that the observed inputs include them.
   options.observed_thresholds = true;
   std::vector<Dataset> all = datasets;
   if (!options.creep_per_decade) options.creep_per_decade = old.creep ? old.creep->per_decade : 0.0;

@@ -19,8 +19,8 @@ std::vector<double> reference_outputs(const std::vector<Dataset>& datasets, bool
 void move_outputs(std::vector<Dataset>& datasets, const std::vector<double>& references, double sign = 1.0);
 
 /// Changes an identified model as if `sign` times the reference of its dataset had been added to each output.
-/// The curves move by the reference r_0 of the first dataset. The offset of dataset i, with the gain g_i,
-/// changes so that its outputs move by r_i:
+/// The output x of the model moves by the reference r_0 of the first dataset. The offset of dataset i, which
+/// has the gain g_i, changes so that its output y_i moves by its own reference r_i:
 ///
 ///   x + r_0,   y_i = g_i (x + r_0) + offset_i + r_i - g_i r_0
 void move_outputs(Identified& identified, const std::vector<double>& references, double sign = 1.0);

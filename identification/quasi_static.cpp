@@ -52,8 +52,8 @@ std::vector<double> without_creep(const model::OutputCreep& creep, const std::ve
 
 namespace {
 
-// Maximum deviation of a row from its cycle, in cycles. A larger limit is not needed: a late SYNC delays the
-// sample and the drive together.
+// Maximum deviation of a row from its cycle, in cycles. Such a deviation matters little: a late SYNC delays
+// the sample and the drive together.
 constexpr double unevenness = 0.1;
 
 constexpr double two_pi = 2.0 * std::numbers::pi;

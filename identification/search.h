@@ -75,7 +75,7 @@ struct IdentifyOptions {
   /// For each dataset, a flag for each sample. If it is true, the fit does not use the output of the sample,
   /// but the path includes its input. Empty: the fit uses all samples.
   std::vector<std::vector<bool>> unseen;
-  /// So many datasets at the end of the list are never held out.
+  /// Number of datasets, at the end of the list, that are never held out.
   std::size_t never_held_out = 0;
 };
 

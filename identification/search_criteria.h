@@ -33,9 +33,8 @@ struct SearchCriteria {
   /// Maximum score of the selected shape, relative to the smallest score. Saves coefficients (order 7 instead
   /// of 8).
   double low_enough = 1.01;
-  double exact =
-      /// A score below this number of output spans is exact; a record without noise then gets order 4, not 7.
-      1e-6;
+  /// A score below this number of output spans is exact; a record without noise then gets order 4, not 7.
+  double exact = 1e-6;
   /// A score above this number of output spans restarts the search with splines. Without a restart, the error
   /// of the iron record is 4.9 % instead of 1.4 %. With a restart in every case, the piezo stages take 2.5
   /// times as long without benefit.

@@ -154,8 +154,8 @@ std::vector<LeftOut> SeparableFit::left_out(const Trial& trial) {
   return parts;
 }
 
-// Returns the errors of a fold, predicted with the unknowns `shared`. The offset of the fold is free. For the
-// dataset whose zero is the common zero, a constant in the curves acts as its offset.
+// Returns the errors of a fold, predicted with the unknowns `shared`. The offset of the fold does not count
+// as an error. The first dataset has no offset of its own; for it, a constant is added to the curves instead.
 LeftOut SeparableFit::judged(const NormalEquations& fold, const Eigen::VectorXd& shared) const {
   NormalEquations own = Eliminated(fold, shared_unknowns()).rest();
   if (std::ranges::any_of(problem_.nuisances, &Nuisances::offset)) {

@@ -82,7 +82,8 @@ struct Fitted {
 struct LeftOut {
   double square = 0.0;  ///< sum of squared errors
   double samples = 0.0;
-  /// Slope of the measured outputs over the predicted outputs, each measured from its own zero.
+  /// Slope of the measured over the predicted outputs: 1 if the prediction has the right size. Offsets do not
+  /// count.
   double gain = 1.0;
 
   double rms() const { return samples > 0.0 ? std::sqrt(square / samples) : 0.0; }

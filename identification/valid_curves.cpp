@@ -28,8 +28,8 @@ constexpr int most_rounds = 60;
 constexpr std::ptrdiff_t most_rows = 40;
 // A bound counts as satisfied if the value is above this share of it.
 constexpr double nearly = 0.9;
-// Additional tolerance for the largest sum of squares, as a share of the sum of squared outputs: rounding
-// errors.
+// Additional tolerance for rounding errors in the largest sum of squares, as a share of the sum of squared
+// outputs.
 constexpr double cancellation = 1e-12;
 
 // Least squares for theta with the inequalities row . theta >= bound. With the triangle R of the normal
@@ -131,8 +131,8 @@ void ValidCurves::add_cuts(std::vector<model::DecreasingBranch> branches) {
   }
 }
 
-// Returns the row for the slope of a decreasing branch at the input where it is lowest. The path to this
-// branch begins at the threshold from which model/validity.h scans it.
+// Returns the row whose product with theta is the slope of a decreasing branch, at the input where this slope
+// is lowest. The path to this branch begins at the threshold from which model/validity.h scans it.
 Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pace& pace) const {
   const model::Interval& thresholds = basis_.thresholds();
   const auto input = [&](double spans) {
@@ -152,8 +152,8 @@ Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pa
   return BranchRows(path, basis_, pace).slope(path.branches[last], last, input(cut.input));
 }
 
-// Returns the steepest decrease of a curve or a branch, in mean slopes. Adds the decreasing branches to the
-// cuts.
+// Returns the steepest decrease of a curve or a branch, as a multiple of the mean slope. Adds the decreasing
+// branches to the cuts.
 double ValidCurves::violation(const Eigen::VectorXd& theta, double lowest, const Pace& pace,
                               double mean_slope) {
   if (lowest < 0.0) return -lowest / (mean_slope * basis_.thresholds().span());

@@ -24,7 +24,8 @@ class ValidCurves {
   struct Solution {
     Eigen::VectorXd theta;
     bool valid = false;
-    /// 0 if the curves are valid; otherwise the steepest decrease of a curve or branch, in mean slopes.
+    /// 0 if the curves are valid; otherwise the steepest decrease of a curve or branch, as a multiple of the
+    /// mean slope.
     double violation = 0.0;
     /// True if the search ended early because the error is above the limit; theta is then not final.
     bool beyond_limit = false;
@@ -52,7 +53,8 @@ class ValidCurves {
   CurveBasis basis_;
   std::size_t scan_steps_;
   Eigen::Index points_;  // number of grid points on which the curves are checked
-  // Rows for the slopes of both curves (for a span of 1) and for their gap, at each grid point.
+  // Rows for the slopes of both curves (with the input range scaled to 1) and for their gap, at each grid
+  // point.
   Eigen::MatrixXd curves_;
   // Rows of curves_ that were violated before, and will probably be violated again.
   std::vector<Eigen::Index> rows_;

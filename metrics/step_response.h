@@ -101,7 +101,7 @@ class HoldNoise {
   bool counts() const { return 10 * samples_ >= at_rest_; }
 
   double level_um_ = 0.0;
-  /// Mean position, and squares around it, at the present level
+  /// Mean position, and the sum of squares around it, at the present level.
   double mean_um_ = 0.0, sum_of_squares_ = 0.0;
   double pooled_ = 0.0;  ///< sum of squares at all earlier levels that count
   std::size_t samples_ = 0, pooled_samples_ = 0;

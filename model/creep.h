@@ -47,12 +47,13 @@ class Creep {
   /// Advances the state by one step of dt_s, during which the input is constant. Returns the creep after the
   /// step, in output units. If the input is not finite, the state does not change.
   double operator()(State& state, double input) const;
-  /// Returns the creep: the sum of weight times memory over all operators
+  /// Returns the creep: the sum of weight times memory over all operators.
   double output(const State& state) const;
 
  private:
   Operators operators_;
-  // for each operator, 1 - e^{-rate dt}: share of its distance that it moves in a step
+  // For each operator, 1 - e^{-rate dt}: the part of its distance from the input that its memory covers in a
+  // step.
   std::vector<double> shares_;
 };
 
@@ -72,18 +73,15 @@ class Creep {
 /// has these properties:
 ///
 ///   - The slope dC / dlog10(t) is gamma, with an error of 0.6 % of gamma. The spacing of the operators
-///     causes a ripple of
-/// 0.23 %. Near to_s, the slope is up to 0.5 % too small, because slower operators are missing.
+///     causes a ripple of 0.23 %. Near to_s, the slope is up to 0.5 % too small, because slower operators are
+///     missing.
 ///   - C(t) - C(from_s) is gamma log10(t / from_s), with an error of 0.24 % of gamma.
 ///   - C(from_s) is 1.00 gamma. This creep before from_s is a part of x_0: x_0 is (1 + gamma) times the
-///     response without
-/// creep, and gamma is a share of the response without creep.
+///     response without creep, and gamma is a share of the response without creep.
 ///   - Before from_s, the creep begins at zero and is linear in time. After to_s, it becomes slower, but
-///     still grows by
-/// another 2 to 2.5 gamma in total.
+///     still grows by another 2 to 2.5 gamma in total.
 ///   - The approximation is linear: the creep of successive steps adds up. Real creep has thresholds and adds
-///     up only
-/// roughly.
+///     up only roughly.
 ///
 /// Throws std::invalid_argument if gamma is not finite, or unless 0 < from_s < to_s.
 Creep::Operators logarithmic_creep(double per_decade, double from_s, double to_s);

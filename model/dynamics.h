@@ -36,8 +36,8 @@ class DynamicOutput {
   /// the delay exceeds a million cycles.
   DynamicOutput(const Dynamics& dynamics, double cycle_s, double first);
 
-  /// Returns the position at the beginning of the next row. `quasi_static`: output of the hysteresis in that
-  /// row. It acts on later positions.
+  /// Returns the position in the next row. `quasi_static` is the output of the hysteresis in the same row; it
+  /// has an effect only on later positions.
   double advance(double quasi_static);
 
  private:

@@ -90,7 +90,7 @@ class MemoryText {
     fits_ = fits_ && error == std::errc();
     const std::string_view text(digits, static_cast<std::size_t>(end - digits));
     append(text);
-    // without ".0", TOML would read an integer
+    // TOML would read a number without ".0" as an integer.
     if (text.find_first_of(".en") == std::string_view::npos) append(".0");
   }
 

@@ -23,7 +23,7 @@ class HannTransform {
   explicit HannTransform(std::size_t length);
 
   std::size_t length() const { return window_.size(); }
-  /// The Hann window: a weight for each sample
+  /// The Hann window: a weight for each sample.
   const std::vector<double>& window() const { return window_; }
   /// Returns the Fourier transform of a segment under the window, from frequency 0 to half the sampling rate.
   /// The segment must have length() samples.

@@ -11,7 +11,7 @@ namespace hystcan::model {
 namespace {
 
 constexpr std::size_t fine = 200;  // number of grid steps over the input range in a check
-// limit for k times input range: the exponentials e^{-k span} and e^{k span} stay far from overflow
+// Limit for k times input range, so that the exponentials e^{-k span} and e^{k span} stay far from overflow.
 constexpr double lowest_k_span = -300.0;
 constexpr double highest_k_span = 1e5;
 
@@ -136,7 +136,7 @@ struct Along {
   double decay = 1.0, phi = 0.0;
 
   void pass(const Grid& grid, std::size_t step) {
-    // with d the distance so far and s the step: phi(d + s) = phi(d) + e^{-k d} phi(s)
+    // With the distance d so far and the next step s: phi(d + s) = phi(d) + e^{-k d} phi(s).
     phi += decay * grid.phi[step];
     decay *= grid.decay[step];
   }
@@ -150,7 +150,7 @@ Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen,
   const ReferenceCurve& curve = p.curve(direction);
   const Interval& range = curve.domain();
   const double k = p.k(direction);
-  // phi(d) equals d to rounding
+  // With such a small k, phi(d) equals d to rounding.
   const bool straight = std::abs(k) * (p.place(range.hi) - p.place(range.lo)) <= 1e-17;
   grid.input = grid_of(range, curve.knots(), steps);
   if (seen == Direction::descending) std::ranges::reverse(grid.input);
@@ -189,7 +189,7 @@ class Scan {
   template <class OnFound>
   void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
-    // factors at each grid point, for branches that start at the threshold
+    // Factors e^{-k d} and phi(d) at each grid point, for branches that start at the threshold.
     std::vector<Along> rising(steps_ + 1), fallen(steps_ + 1);
     for (std::size_t i = 1; i <= steps_; ++i) {
       (rising[i] = rising[i - 1]).pass(rise_, i);
@@ -205,7 +205,8 @@ class Scan {
       if (const auto branch = find_on_branch(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
     for (std::size_t l = 1; l < steps_; ++l) {
-      // factors of the rising branch from grid point l to u, and of the falling branch from u to l
+      // Factors e^{-k d} and phi(d) of the rising branch from grid point l to u, and of the falling branch
+      // from u to l.
       Along up, down;
       double limit = coefficient_limit(l, up), farthest = 0.0, steepest = 0.0;
       std::size_t target = 0;

@@ -60,8 +60,8 @@ class Curves {
     return p;
   }
 
-  /// Returns the row r for which r . unknowns is the value that `read` reads from one curve: its value or
-  /// slope at an input.
+  /// Returns a property of one curve as a row: its product with the unknowns is the number that `read` gets
+  /// from this curve.
   template <class Read>
   VectorXd row(Direction direction, Read read) const {
     VectorXd row(unknowns());
@@ -143,7 +143,8 @@ class Mapping {
     }
   }
 
-  // Returns numerical derivatives. If the curves are not valid for a larger unknown, uses a smaller one.
+  // Returns the derivatives of the values by each unknown, as differences. If the curves are not valid after
+  // an increase of the unknown, decreases it instead.
   MatrixXd jacobian(const VectorXd& x) const {
     const VectorXd here = *values(x);
     const double step = 1e-6 * x.cwiseAbs().maxCoeff();

@@ -3,6 +3,7 @@
 //   H(f) = S_uy / S_uu,   coherence = |S_uy|^2 / (S_uu S_yy),   S_ab = sum over segments of conj(A) B
 //
 //   u, y   input and output of the dataset, as differences from cycle to cycle
+//   a, b   each of them u or y
 //   A, B   discrete Fourier transforms of a and b: half-overlapping segments under a Hann window
 //   H(f)   frequency response at the frequency f
 //

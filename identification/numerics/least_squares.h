@@ -70,8 +70,7 @@ struct Triangle {
 ///   - solve() returns the shortest of them, measured in scaled unknowns;
 ///   - solve_nonnegative() returns any of them;
 ///   - solve_with_inequalities() returns nearly the shortest: additional rows, of 1e-7 of each column's
-///     length, pull the
-/// unknowns to zero.
+///     length, pull the unknowns to zero.
 class LeastSquares {
  public:
   /// Throws std::invalid_argument if `unknowns` is less than one.
