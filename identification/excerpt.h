@@ -2,8 +2,8 @@
 // time for.
 //
 // The memory of an actuator depends only on the turning points; between them, a few samples are as good as
-// many. With a delay tau, the input of a sample is v(t - tau), which is interpolated linearly. The turning
-// points keep their exact inputs.
+// many. With a delay tau, a sample at the time t gets the input of the dataset at t - tau, which is
+// interpolated linearly. The turning points keep their exact inputs.
 #pragma once
 
 #include <Eigen/Core>

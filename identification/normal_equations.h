@@ -2,6 +2,10 @@
 // right side y:
 //
 //   sum over samples of (row theta - y)^2 = theta' H theta - 2 g' theta + square
+//
+//   H        sum of row' row
+//   g        sum of y row'
+//   square   sum of y^2
 #pragma once
 
 #include <Eigen/Core>

@@ -17,8 +17,8 @@ namespace hystcan::model {
 struct HysteresisParameters {
   std::string input_unit;
   std::string output_unit;
-  ReferenceCurve ascending;   ///< f_0^A: output of the outermost rising branch
-  ReferenceCurve descending;  ///< f_0^D: output of the outermost falling branch
+  ReferenceCurve ascending;   ///< reference curve of the rising branches (f_0^A)
+  ReferenceCurve descending;  ///< reference curve of the falling branches (f_0^D)
   double k_ascending = 0.0;
   double k_descending = 0.0;
   Symmetry symmetry = Symmetry::none;

@@ -72,9 +72,10 @@ struct ModeNotShown : std::invalid_argument {
   using std::invalid_argument::invalid_argument;
 };
 
-/// Fits a mode with a delay to a dataset. Throws ModeNotShown. Throws std::invalid_argument, with the reason,
-/// if the dataset determines nothing: it is too short, its rows are not evenly spaced (within 10 %; cycles
-/// may be missing), its input is constant, or its output has another cause than the input.
+/// Fits a mode with a delay to a dataset. Throws ModeNotShown if the dataset does not show the mode. Throws
+/// std::invalid_argument, with the reason, if the dataset determines nothing: it is too short, its rows are
+/// not evenly spaced (within 10 %; cycles may be missing), its input is constant, or its output has another
+/// cause than the input.
 SecondOrderFit fit_second_order(const Dataset& dataset);
 
 }  // namespace hystcan::identification

@@ -22,10 +22,10 @@ Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& a, double rank_tolerance);
 /// A tall matrix A as a product A = Q R: Q has orthonormal columns, and R is an upper triangle. The method is
 /// modified Gram-Schmidt.
 ///
-/// If b is treated like one more column, the least-squares solution is as accurate as with Householder's
-/// reflections (A. Bjorck, "Solving linear least squares problems by Gram-Schmidt orthogonalization", BIT 7,
-/// 1967). For a few columns with many rows, the method is fast: it needs one product and one sum of vectors
-/// for each pair of columns.
+/// The class solves least-squares problems with the matrix A and a right side b. Because b is treated like
+/// one more column, the solution is as accurate as with Householder's reflections (A. Bjorck, "Solving linear
+/// least squares problems by Gram-Schmidt orthogonalization", BIT 7, 1967). For a few columns with many rows,
+/// the method is fast: it needs one product and one sum of vectors for each pair of columns.
 class OrthonormalColumns {
  public:
   /// Decomposes the matrix. A column that depends on the columns before it, to 1e-15 of its length, is
