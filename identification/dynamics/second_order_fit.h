@@ -22,8 +22,8 @@
 // loop, and the state at the first row. (Two free decays represent this state, so that the dataset need not
 // begin at rest: identification/dynamics/mode_response.h.) A linear problem gives these amplitudes directly
 // (variable projection: Golub and Pereyra 1973). Levenberg-Marquardt finds (log f, log zeta, d / T). It
-// starts from the best points of a grid, and from the mirror image 1/T - f: at the sampling times, a mode with
-// the frequency 1/T - f differs from the mode with f only by its delay.
+// starts from the best points of a grid, and from the mirror image 1/T - f: at the sampling times, a mode
+// with the frequency 1/T - f differs from the mode with f only by its delay.
 //
 // Confidence: identification/numerics/nonlinear_fit.h. An interval is +-1.96 standard errors (for f and zeta,
 // of their logarithms). Near half the sampling rate, the standard errors have no meaning. An interval of more
