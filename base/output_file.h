@@ -60,8 +60,8 @@ void create_folder(const std::filesystem::path& folder);
 /// Throws Error if `output` and `input` are the same file, because writing would destroy the input.
 void refuse_to_overwrite(const std::filesystem::path& output, const std::filesystem::path& input);
 
-/// Does the check of refuse_to_overwrite() for an input that may be a folder: throws Error if `output` is in
-/// this folder.
+/// Does the check of refuse_to_overwrite() for an input that may be a folder: also throws Error if `output`
+/// is one of the files in this folder.
 void refuse_to_overwrite_any_of(const std::filesystem::path& output, const std::filesystem::path& input);
 
 /// Throws Error if `output` exists as a regular file and `may_overwrite` is false.

@@ -31,8 +31,8 @@ void append_shortest(std::string& text, Number value) {
   text.append(std::begin(digits), std::to_chars(std::begin(digits), std::end(digits), value).ptr);
 }
 
-/// Parses the whole text as a number, with or without a plus sign. Returns `nullopt` if the text is not a
-/// number, or if the number is outside the range of the type `Number`.
+/// Parses the whole text as a number, which may begin with a plus or minus sign. Returns `nullopt` if the
+/// text is not a number, or if the number is outside the range of the type `Number`.
 template <class Number>
 std::optional<Number> parsed_number(std::string_view text) {
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);

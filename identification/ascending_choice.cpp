@@ -55,8 +55,8 @@ ReferenceCurve with_exact_ends(const HysteresisParameters& p, std::vector<double
   return p.ascending.with(c);
 }
 
-/// Returns a polynomial that equals the branch from the lower threshold at the zeros of a Chebyshev
-/// polynomial.
+/// Returns a polynomial near the branch from the lower threshold. It interpolates the branch at the zeros of
+/// a Chebyshev polynomial, and its ends are exact.
 ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   const Interval range = p.input_range();
   const auto count = static_cast<std::size_t>(order) + 1;
@@ -73,8 +73,8 @@ ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   return with_exact_ends(p, std::move(c), one, line);
 }
 
-/// Returns the spline that is closest to the branch from the lower threshold, by least squares. The knots do
-/// not change.
+/// Returns a spline near the branch from the lower threshold, by least squares with the same knots. Its ends
+/// are exact.
 ReferenceCurve spline_near(const HysteresisParameters& p) {
   const std::vector<double>& knots = p.ascending.knots();
   const std::vector<double> at = model::grid_of(p.input_range(), knots, grid_steps);

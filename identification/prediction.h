@@ -88,8 +88,8 @@ struct RateError {
 };
 
 /// Returns the error of a prediction for each class of speeds, slowest first. A class contains half cycles
-/// whose speeds differ by at most a factor of two. If all half cycles have about the same speed, there may be
-/// a single class.
+/// whose speeds differ by at most a factor of two; half cycles below a twentieth of the input range do not
+/// count. If all half cycles have about the same speed, there may be a single class.
 std::vector<RateError> errors_by_rate(const Dataset& dataset, const std::vector<double>& predicted);
 
 /// An estimate of the actuator's memory at the beginning of a dataset, made with a known model.

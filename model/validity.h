@@ -40,6 +40,7 @@ namespace hystcan::model {
 ///   - A curve decreases, or is flat over a twentieth of the range.
 ///   - The curves cross, or do not meet at the upper threshold. The tolerance is 1e-9 of the output span,
 ///     plus rounding.
+///   - The descending curve does not begin below the upper threshold point.
 ///   - A convergence rate k is not finite, or below -300 / input range.
 ///   - The input map does not increase.
 ///   - The output map does not have the range of the curves.

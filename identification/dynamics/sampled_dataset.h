@@ -45,8 +45,9 @@ struct SampledDataset {
 };
 
 /// Prepares the dataset. The fit begins `longest_delay_cycles` + 1 cycles after the drive has visited both
-/// ends of its range. Throws std::invalid_argument if there are too few rows, if the dataset is not evenly
-/// sampled (grid_of()), if the input is constant, or if the output is a straight line.
+/// ends of its range; it begins in the first row if the drive does not visit both ends again. Throws
+/// std::invalid_argument if there are too few rows, if the dataset is not evenly sampled (grid_of()), if the
+/// input is constant, or if the output is a straight line.
 SampledDataset sampled(const Dataset& dataset, Eigen::Index longest_delay_cycles);
 
 /// Returns the values without their best straight line. `time` must have the mean 0.
