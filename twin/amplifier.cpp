@@ -18,7 +18,7 @@ struct Curve {
   double at(double t_s) const { return a + b * t_s + c * std::exp(-k * t_s); }
 };
 
-/// Returns the curve share g(t) + shift.
+/// Returns the curve share * g(t) + shift.
 Curve scaled(const Curve& g, double share, double shift) {
   return {share * g.a + shift, share * g.b, share * g.c, g.k};
 }
@@ -27,7 +27,7 @@ Curve sum(const Curve& one, const Curve& other) {
   return {one.a + other.a, one.b + other.b, one.c + other.c, one.k};
 }
 
-/// Returns the time at which a falling g passes zero between these times.
+/// Returns the time at which g, which falls from `from_s` to `to_s`, passes zero between these times.
 double zero_between(const Curve& g, double from_s, double to_s) {
   if (g.at(from_s) <= 0.0) return from_s;
   while (true) {
@@ -37,8 +37,8 @@ double zero_between(const Curve& g, double from_s, double to_s) {
   }
 }
 
-/// Returns the time at which g falls below zero; `never` if g stays above zero until `end_s`. If g begins at
-/// zero and rises, it does not count as falling there.
+/// Returns the first time at which g falls below zero; `never` if g does not fall below zero before `end_s`.
+/// A g that begins at zero and rises has not fallen below zero at its beginning.
 double falls_below_zero(const Curve& g, double end_s) {
   const double ratio = g.k * g.c / g.b;  // e^{kt} at the extremum
   const double extremum_s = ratio > 1.0 ? std::min(std::log(ratio) / g.k, end_s) : end_s;
@@ -50,7 +50,7 @@ double falls_below_zero(const Curve& g, double end_s) {
 
 enum class Phase : std::uint8_t { lag, slews_up, slews_down, load_up, load_down };
 
-/// The course of v, phase by phase.
+/// Computes the output v of the amplifier over time, phase by phase (formulas: twin/amplifier.h).
 class OutputCourse {
  public:
   OutputCourse(const Amplifier::State& start, const DriveLimits& limits)
@@ -84,7 +84,8 @@ class OutputCourse {
   }
 
  private:
-  /// A limit above the possible number of phases: rounding could make two phases alternate forever.
+  /// Maximum number of phases in one computation, more than are possible without rounding errors. The limit
+  /// is needed because rounding could make two phases alternate forever.
   static constexpr int most_phases = 32;
 
   struct End {
@@ -122,7 +123,7 @@ class OutputCourse {
     return {now_.target - lag, now_.rate_per_s, lag - error_now(), limits_.omega};
   }
 
-  /// Returns e, target minus output.
+  /// Returns the error, target minus output, as a curve over time.
   Curve error() const {
     Curve e = scaled(output(), -1.0, now_.target);
     e.b += now_.rate_per_s;
@@ -241,9 +242,9 @@ Amplifier::State Amplifier::operator()(const State& state) const {
   return next;
 }
 
-/// Returns true if the lag alone does not exceed the limits. If this is true at both ends of a step, it is
-/// true within the step: v' and the limits are linear in a monotone error, except for a moving target with
-/// a voltage limit.
+/// Returns true if the amplifier, as a lag without limits, would stay within its limits in this state. If
+/// this is true at both ends of a step, it is true within the step, because the rate of the output and the
+/// limits are linear in the error, which is monotone. The exception is a moving target with a voltage limit.
 bool Amplifier::is_within(const DriveLimits& limits, const State& state) {
   const double demanded_rate = limits.omega * (state.target - state.output);
   if (std::abs(demanded_rate) > limits.slew_per_s) return false;

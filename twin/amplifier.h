@@ -1,4 +1,4 @@
-// The drive amplifier: its limits, and its output in closed form.
+// The simulated drive amplifier: its limits, and its output as a closed formula of time.
 #pragma once
 
 #include <cstdint>
@@ -6,13 +6,15 @@
 
 namespace hystcan::twin {
 
-// The closed-form output of an amplifier whose target moves in a straight line, r = target + rate t.
+// The output v of an amplifier whose target r moves in a straight line, r = target + rate t:
 //
 //   v' = omega e within  max(-slew, rho (-P - v)) <= omega e <= min(slew, rho (P - v)),   e = r - v
 //   v' = the limit       otherwise                                       rho = R / L, P = V / R
 //
-// v passes through phases: lag, slew limit, voltage limit. In each phase, v, e and the distance to every
-// limit have the form
+// e is the error. omega is the corner frequency of the amplifier's lag, in 1/s. R and L are resistance and
+// inductance of the load, V is the voltage limit, and `slew` is the slew limit. v passes through phases: lag,
+// slew limit, voltage limit. In each phase v, e and the distance to every limit have the form g(t), with
+// constants a, b, c and k:
 //
 //   g(t) = a + b t + c e^{-kt}
 //
@@ -20,37 +22,39 @@ namespace hystcan::twin {
 //   slew      v = v(0) +- slew t
 //   voltage   v = +-P + (v(0) -+ P) e^{-rho t}
 //
-// g has at most one extremum, at a known time, so the end of a phase is found on a monotone part of g, up to
-// rounding.
+// A phase ends when a g(t) crosses zero. g has at most one extremum, at a known time, so bisection finds the
+// zero on a monotone part of g, up to rounding.
 //
-// v turns at e = 0. There, e' = rate, so e keeps the sign of the rate from then on: v turns at most once.
+// v turns (v' changes its sign) if e = 0. At this time e' = rate, so e has the sign of the rate from then on:
+// v turns at most once.
 
 struct DriveLimits {
   double omega = 1.0;                                           ///< corner frequency of the lag, 1/s
   double slew_per_s = 1.0;                                      ///< slew limit, drive units per second
-  double load_rate_per_s = 0.0;                                 ///< rho = R / L, inductive load
-  double load_limit = std::numeric_limits<double>::infinity();  ///< P = V / R; infinite: no voltage limit
+  double load_rate_per_s = 0.0;                                 ///< rho = R / L of an inductive load
+  double load_limit = std::numeric_limits<double>::infinity();  ///< P = V / R, A; infinite: no voltage limit
 };
 
 // The drive amplifier: a first-order lag with limits.
 //
 //   v' = clamp( omega (target - v), -slew, +slew ),   omega = 2 pi bandwidth
 //
-// A load limits the output further:
+// v is the output and `slew` its maximum rate. A capacitive load C or an inductive load L with a resistance R
+// in series limits v' further (V: voltage limit):
 //
 //   capacitive, v in V   |C v'| <= current_limit            slew = min(slew, current_limit / C)
 //   inductive, v in A    |L v' + R v| <= voltage_limit V    rising:   v' <= ( V - R v) / L
 //                                                           falling:  v' >= (-V - R v) / L
 //
-// With an inductive load, a target beyond V / R is never reached: v ends at V / R.
+// With an inductive load, v never reaches a target above V / R: v ends at V / R.
 //
-// The equation is solved in closed form over a step of any length, phase by phase, as above. Between two
-// changes of the target, v is monotone, so the input of the hysteresis turns only when the target changes. If
-// the target moves in a straight line, v may turn once in between.
+// The equation is solved in closed form over a step of any length, phase by phase (see struct DriveLimits).
+// While the target is constant, v is monotone, so the input of the hysteresis turns only when the target
+// changes. While the target moves in a straight line, v may turn once.
 //
 // When the amplifier is switched off, its power stage is disconnected and the load discharges itself:
 //
-//   v' = -v / tau,   tau = R C (a bleed resistor) or L / R (free-wheeling)
+//   v' = -v / tau,   tau = R C (R is a bleed resistor across C) or L / R (the current of L free-wheels)
 
 /// Advances the amplifier by a time step of fixed length. The decay factors are computed once.
 class Amplifier {
@@ -61,38 +65,38 @@ class Amplifier {
     double drive_min = 0.0;  ///< output range, drive units
     double drive_max = 100.0;
     double slew_per_s = 1e5;             ///< drive units per second, > 0
-    double bandwidth_Hz = 1000;          ///< small-signal, -3 dB, > 0
-    double safe_drive = 0.0;             ///< output when the amplifier is not allowed to drive
+    double bandwidth_Hz = 1000;          ///< small-signal bandwidth (-3 dB), > 0
+    double safe_drive = 0.0;             ///< output while the amplifier is disabled, drive units
     double current_limit_A = unlimited;  ///< maximum current into load_uF
     double voltage_limit_V = unlimited;  ///< maximum voltage across load_mH and load_ohm
     double load_uF = 0.0;                ///< capacitive load; 0: none
     double load_mH = 0.0;                ///< inductive load; 0: none
     double load_ohm = 0.0;               ///< in series with load_mH, or a bleed resistor across load_uF
     double resolution = 0.0;             ///< resolution of the target (DAC), drive units; 0: not quantised
-    double ramp_per_s = unlimited;       ///< maximum rate of the output in Course::ramp
+    double ramp_per_s = unlimited;  ///< maximum rate of the output in Course::ramp, drive units per second
   };
   /// How the output moves to its target.
   enum class Course : std::uint8_t {
     drive,  ///< as fast as the amplifier can
     ramp,   ///< no faster than ramp_per_s
-    off     ///< not driven: the load discharges to zero, independent of the target
+    off     ///< the power stage is disconnected: the load discharges to zero, independent of the target
   };
   struct State {
     double output = 0.0;  ///< present output (v), drive units
     double target = 0.0;  ///< present target (r), drive units
     Course course = Course::drive;
-    double rate_per_s = 0.0;  ///< rate of change of the target
+    double rate_per_s = 0.0;  ///< rate of change of the target, drive units per second
 
     /// Returns the output (v) after `time_s` in Course::drive.
     double output_after(const DriveLimits& limits, double time_s) const;
-    /// Returns the time after which the output (v) turns in Course::drive; infinity if it does not turn
-    /// within `time_s`.
+    /// Returns the time until the output reverses its direction in Course::drive; infinity if the output does
+    /// not reverse within `time_s`.
     double turns_after_s(const DriveLimits& limits, double time_s) const;
   };
 
-  /// Returns the target for a setpoint: rounded to the resolution and limited to the range.
+  /// Returns the target for a setpoint: the setpoint, rounded to the resolution and limited to the range.
   static double target_of(const Config& config, double setpoint);
-  /// Returns tau, the time constant of the load's discharge; 0 if the load discharges at once.
+  /// Returns the time constant of the load's discharge, in s; 0 if the load discharges at once.
   static double discharge_s(const Config& config);
   /// Returns the lag and the limits of the output in Course::drive.
   static DriveLimits limits(const Config& config);
@@ -105,8 +109,8 @@ class Amplifier {
 
   double dt_s_;
   DriveLimits limits_, ramp_limits_;
-  double decay_;        ///< decay factor of the lag in a step: e^{-omega dt}
-  double discharge_s_;  ///< tau, time constant of the discharge
+  double decay_;        ///< decay factor of the lag in one step: e^{-omega dt_s_}
+  double discharge_s_;  ///< time constant of the load's discharge
 };
 
 }  // namespace hystcan::twin

@@ -16,7 +16,7 @@
 
 namespace hystcan::twin {
 
-/// A node and its connection. Several axes may share a node.
+/// A node of the twin and the node's connection to the bus. Several axes may share a node.
 template <class Made>
 struct Connected {
   Made* node = nullptr;

@@ -19,7 +19,7 @@ namespace hystcan::twin {
 struct AxisConfig : node::AmplifierConfig {
   Plant::Config plant;
   Sensor::Config sensor;
-  std::vector<model::Coupling> couplings{};  ///< crosstalk of the motion of other axes since their start
+  std::vector<model::Coupling> couplings{};  ///< motion of other axes that also moves this axis (crosstalk)
   DriveNoise::Config drive_noise{};
   node::SampleClock sample_clock{};
 };
@@ -29,10 +29,10 @@ struct WiredAxisConfig {
   AxisConfig axis;
 };
 
-/// The keys of the twin as a whole.
+/// The settings of the whole twin, common to all its axes.
 struct CommonConfig : node::CommonConfig {
   std::uint64_t seed = 1;
-  std::vector<FaultSpec> faults{};  ///< fault times count from start()
+  std::vector<FaultSpec> faults{};  ///< scheduled faults; their times count from Twin::start()
   std::optional<RandomFaults> random_faults{};
 };
 
@@ -40,8 +40,9 @@ struct Config : CommonConfig {
   std::vector<WiredAxisConfig> axes;
 };
 
-/// Returns the configuration with only these axes and their faults; the other axes are real or belong to
-/// other twins. Throws std::invalid_argument if an axis name does not exist.
+/// Returns the configuration with only the axes in `names` and their faults; the removed axes are real or
+/// belong to other twins. Throws std::invalid_argument if a name does not exist, or if a kept axis shares a
+/// node with a removed one.
 Config with_axes(Config config, const std::vector<std::string>& names);
 
 }  // namespace hystcan::twin

@@ -24,7 +24,7 @@ constexpr std::array<FaultTraits, fault_count> kinds{{
     {out_of_range, "out_of_range", FaultSite::sensor, "um", 1000.0, -1e9, 1e9},
     {sensor_bad_status, "sensor_bad_status", FaultSite::sensor},
     {no_heartbeat, "no_heartbeat", FaultSite::either_node},
-    // CiA 301: 0x5000, device hardware.
+    // The default 0x5000 is the error code "device hardware" of CiA 301.
     {emergency, "emergency", FaultSite::either_node, "error code", 0x5000, 1.0, 0xFFFF},
     {error_passive, "error_passive", FaultSite::either_node, "of the frames missed", 0.3, 0.0, 1.0},
     {babbling_node, "babbling_node", FaultSite::either_node, "frames/s", 5000.0, 1.0, 20'000.0},
@@ -48,7 +48,7 @@ constexpr bool are_in_the_order_of_fault() {
 }
 static_assert(are_in_the_order_of_fault());
 
-/// Returns the field that the fault changes if the frame does not have it.
+/// Returns a message if the axis's frame lacks the field that the fault changes; nullopt otherwise.
 std::optional<std::string> missing_field(Fault kind, Node node, const can::AxisWire& wire) {
   const bool by_sensor = node == Node::sensor;
   const auto map =

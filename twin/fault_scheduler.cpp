@@ -10,7 +10,7 @@
 namespace hystcan::twin {
 namespace {
 
-/// Step length of the staircase that approximates a drift.
+/// Time between two changes of the stage's travel during a drift: the drift is a staircase.
 constexpr can::Duration drift_step = std::chrono::milliseconds(1);
 
 can::Duration duration_of(double s) { return can::Duration(std::llround(1e9 * s)); }
@@ -59,7 +59,8 @@ std::size_t FaultScheduler::axis_of(const FaultSpec& spec) const {
   return static_cast<std::size_t>(found - axes_.begin());
 }
 
-/// Returns true if both faults have the same site. A fault of a node has one site for all its axes.
+/// Returns true if both faults have the same kind and act at the same place. A fault that acts on a whole
+/// node has one place for all axes of the node.
 bool FaultScheduler::same_place(const FaultSpec& a, const FaultSpec& b) const {
   if (a.kind != b.kind) return false;
   if (traits(a.kind).site == FaultSite::plant) return a.axis == b.axis;
@@ -143,7 +144,8 @@ void FaultScheduler::begin_what_is_due(can::Time now) {
   std::erase_if(planned_, [](const Planned& one) { return one.begins == can::Time::max(); });
 }
 
-// Draws the time to the next event of a Poisson process from its exponential distribution.
+// Draws the time of the next random fault. The times between faults have an exponential distribution (Poisson
+// process).
 void FaultScheduler::plan_next_random() {
   const double mean_s = 3600.0 / random_->rate_per_hour;
   next_random_ += duration_of(-mean_s * std::log1p(-uniform())) + can::Duration{1};
@@ -182,7 +184,7 @@ void FaultScheduler::begin(const FaultSpec& spec) {
   apply(spec, true);
 }
 
-/// Applies the begin or the end of the fault at its site.
+/// Applies the begin (`begins` is true) or the end of a fault to the plant, the amplifier or the connection.
 void FaultScheduler::apply(const FaultSpec& spec, bool begins) {
   const std::size_t index = axis_of(spec);
   const FaultTarget& axis = axes_[index];

@@ -1,9 +1,10 @@
-// Begins and ends faults: by the configured schedule, at random from a seed, and on request at run time. All
-// times are the scheduler's, real or virtual; the same seed gives the same faults.
+// Begins and ends the faults of a twin: by the configured schedule, at random from a seed, and on request at
+// run time. All times are times of can::Scheduler, real or virtual. The same seed gives the same faults.
 //
-// If an active fault begins again, it continues with the new value and the new end. A drift changes the
-// travel linearly from its present value to 1 + value, and the travel stays there after the end. Another
-// drift with the value 0, or remove(), reverses it.
+// If a fault begins while it is already active, it continues with the new value and the new end. A fault
+// parameter_drift changes the factor on the stage's travel linearly from its present value to 1 + value. The
+// factor stays there after the end of the fault. remove() sets the factor back to 1, and a second drift with
+// the value 0 moves it back to 1.
 #pragma once
 
 #include <functional>
@@ -26,24 +27,26 @@ class FaultScheduler {
     FaultSpec spec;
     can::Time began{};
     can::Time ends{};
-    double gain_before = 1.0;  ///< gain at the start of a drift
+    double gain_before = 1.0;  ///< factor on the stage's travel when the fault began, for parameter_drift
   };
 
-  /// The axes must outlive this object. Throws std::invalid_argument if a scheduled fault is not possible.
+  /// The axes must outlive this object. Throws std::invalid_argument if an axis can't have a scheduled fault.
   FaultScheduler(can::Scheduler& scheduler, std::vector<FaultTarget> axes,
                  const std::vector<FaultSpec>& scheduled, const std::optional<RandomFaults>& random);
 
   /// Calls `handler` at every begin and end of a fault.
   void on_event(EventHandler handler) { on_event_ = std::move(handler); }
-  /// Schedule times count from `start`; faults that are already due begin now.
+  /// Starts the schedule and the random faults. The times of the scheduled faults count from `start`. A fault
+  /// that is already due begins now.
   void start(can::Time start);
   /// Ends every fault; no further fault begins.
   void stop();
 
-  /// Begins a fault now. Throws std::invalid_argument if it is not possible.
+  /// Begins a fault now. Throws std::invalid_argument if the axis does not exist or can't have this fault.
   void inject(const FaultSpec& spec);
-  /// Ends the active faults, limited to this kind and this axis if they are given, and reverses drifts.
-  /// Returns the number of faults that were active.
+  /// Ends the active faults of this kind and this axis, and sets the travel changed by their drifts back.
+  /// Without `kind` all kinds end; an empty `axis` means all axes. Returns the number of faults that it
+  /// ended.
   std::size_t remove(std::optional<Fault> kind = {}, std::string_view axis = {});
   const std::vector<Active>& active() const { return active_; }
 
@@ -70,10 +73,10 @@ class FaultScheduler {
 
   can::Scheduler& scheduler_;
   std::vector<FaultTarget> axes_;
-  std::vector<Disturbance> disturbances_;  ///< one for each axis's plant
+  std::vector<Disturbance> disturbances_;  ///< present disturbance of each axis's plant
   std::vector<FaultSpec> scheduled_;
   std::optional<RandomFaults> random_;
-  std::vector<FaultSpec> random_faults_;  ///< candidates for random faults, with their default values
+  std::vector<FaultSpec> random_faults_;  ///< faults from which a random fault is drawn, with default values
   std::mt19937_64 random_source_;
   can::Time next_random_ = can::Time::max();
   std::vector<Planned> planned_;

@@ -10,7 +10,8 @@ namespace {
 
 using enum Fault;
 
-/// The identifier with the highest priority that no node uses: 0 is NMT, which nodes would obey.
+/// Identifier of the frames of a babbling node: the highest priority that no node uses. The identifier 0 has
+/// a higher priority, but is an NMT command, and the nodes would obey it.
 constexpr std::uint32_t babble_id = 0x001;
 
 bool is_of(const can::Filter& filter, const can::Frame& frame) {
@@ -42,7 +43,7 @@ void SentMessage::put_value(can::Frame& frame, std::int64_t raw) const {
 void SentMessage::put_physical(can::Frame& frame, double value) const {
   if (!value_) return;
   const double nearest = std::clamp(step_.to_theirs(value), value_->minimum(), value_->maximum());
-  // The limits of the signal can be packed exactly.
+  // pack() can't fail: `nearest` is within the limits of the signal.
   static_cast<void>(value_->pack(nearest, frame.payload()));
 }
 
@@ -135,11 +136,11 @@ bool FaultyConnection::loses(const can::Frame& frame) {
          (channel_of(frame) != nullptr || is_of({.id = can::sdo_response_base + config_.node}, frame));
 }
 
-/// Passes a frame to the bus. A lost frame counts as sent.
+/// Passes a frame to the bus and returns true if it was sent. A frame that is lost by a fault counts as sent.
 bool FaultyConnection::put(can::Frame frame) {
   if (loses(frame)) return true;
   if (channel_of(frame) == nullptr) return within_->send(frame);
-  if (is_on(wrong_length)) {  // a random length 0..8 except its own
+  if (is_on(wrong_length)) {  // replaces the frame's length by a random different length, 0 to 8
     const auto other = static_cast<std::uint8_t>(uniform() * (frame.length <= 8 ? 8 : 9));
     frame.length = static_cast<std::uint8_t>(other >= frame.length ? other + 1 : other);
   }
@@ -202,7 +203,7 @@ bool FaultyConnection::pass_in_order(const can::Frame& frame, Channel& first) {
 
 bool FaultyConnection::pass_late(const can::Frame& frame, Channel& first) {
   const auto delay = static_cast<std::size_t>(value_of(late));
-  while (first.late_count > delay) {  // the delay became shorter
+  while (first.late_count > delay) {  // drops the oldest frames if the delay became shorter
     first.oldest_late = (first.oldest_late + 1) % held_frames;
     --first.late_count;
   }

@@ -1,13 +1,15 @@
-// A node's connection to the bus, with faults that begin and end. The node itself does not detect them.
+// A simulated node's connection to the bus, with faults that begin and end. The node does not detect the
+// faults. A frame passes through them in this order:
 //
 //   node  ->  wrong value, status, counter, CRC  ->  late, out of order
 //         ->  lost, doubled, wrong length, wrong identifier type  ->  bus
 //
-// After a change of value or status the CRC is computed again, with the frame's own counter, so that only the
-// value is wrong. A wrong CRC or a frozen counter is then applied to the protected frame. Frames that are
-// delayed when a fault ends are dropped, so that no outdated frame follows.
+// After a change of value, status or counter the CRC is computed again, so that the receiver accepts the
+// frame and gets the wrong content. Only the fault wrong_crc changes the CRC itself, as the last step. Frames
+// that are still held back when a fault ends are dropped, so that no outdated frame follows.
 //
-// Each axis of a node is one of its channels. The channels share one message, or each channel has its own.
+// Each axis of a node is one channel of the connection. Either all channels share one message, or each
+// channel has its own message.
 #pragma once
 
 #include <array>
@@ -24,7 +26,8 @@
 
 namespace hystcan::twin {
 
-/// The message that a node sends for its axis: the signals and the protection that faults change.
+/// The message that a node sends for an axis, with access to its signals, counter and CRC, which faults
+/// change.
 class SentMessage {
  public:
   SentMessage(const can::Message& message, const can::MessageMap& map, std::string_view value_role,
@@ -43,11 +46,11 @@ class SentMessage {
   }
 
   void put_value(can::Frame& frame, std::int64_t raw) const;
-  /// Puts the nearest value that the signal can represent.
+  /// Writes `value` into the frame's value signal, or the nearest value that the signal can represent.
   void put_physical(can::Frame& frame, double value) const;
   void put_bad_status(can::Frame& frame) const;
   void put_counter(can::Frame& frame, std::int64_t raw) const;
-  /// Computes the CRC of the frame in its present state.
+  /// Computes the CRC of the frame again and writes it into the frame.
   void seal(can::Frame& frame) const;
   void corrupt_crc(can::Frame& frame) const;
 
@@ -59,24 +62,25 @@ class SentMessage {
   can::Protection protection_;
 };
 
-/// Returns the sensor's sample or the amplifier's status; nullopt if the node does not send it.
+/// Returns the message that the node sends for this axis: the sensor's sample or the amplifier's status.
+/// Returns nullopt if the node sends no such message.
 std::optional<SentMessage> sent_by(Node node, const can::Database& database, const can::AxisWire& wire);
 
 class FaultyConnection final : public can::Bus {
  public:
   struct Config {
     std::uint8_t node = 0;
-    std::optional<can::Filter> obeys{};  ///< identifier of the command, if the node is an amplifier
+    std::optional<can::Filter> obeys{};  ///< identifier of the command message; only for an amplifier's node
     std::uint64_t seed = 1;
   };
 
   FaultyConnection(std::unique_ptr<can::Bus> within, can::Scheduler& scheduler, const Config& config);
 
-  /// Adds the next channel with the message that it sends; nullopt: none.
+  /// Adds a channel. `sends` is the message of the channel; nullopt if the channel sends none.
   void add_channel(std::optional<SentMessage> sends) { channels_.push_back({.sends = sends}); }
 
-  /// Kinds that act on the plant or inside the node have no effect here. An active fault continues with the
-  /// new value. `channel` is only used if acts_on_one_axis(kind).
+  /// Begins a fault; a fault that is already active continues with the new value. A kind that acts on the
+  /// plant or inside the node has no effect here. `channel` is only used if acts_on_one_axis(kind).
   void begin(Fault kind, double value, std::size_t channel = 0);
   void end(Fault kind, std::size_t channel = 0);
 
@@ -89,15 +93,19 @@ class FaultyConnection final : public can::Bus {
   const can::BusCounters& counters() const override { return within_->counters(); }
 
  private:
-  static constexpr std::size_t held_frames = 17;  ///< traits(Fault::late).highest, plus the present frame
+  /// Capacity for frames that the fault `late` holds back: its maximum delay (16 cycles) plus the present
+  /// frame.
+  static constexpr std::size_t held_frames = 17;
 
-  using ActiveFaults = std::array<std::optional<double>, fault_count>;  ///< values by kind; nullopt: inactive
+  /// For each kind of fault its value; nullopt if the fault is not active.
+  using ActiveFaults = std::array<std::optional<double>, fault_count>;
   struct Channel {
     std::optional<SentMessage> sends{};
     ActiveFaults on{};  ///< faults that act only on this axis
     std::optional<std::int64_t> frozen_value{};
-    std::optional<double> gain_from{};  ///< value in the first frame of the fault sensor_gain
-    // State of the message. If channels share a message, only the first of them has its state.
+    std::optional<double> gain_from{};  ///< position in the first frame after sensor_gain began
+    // The members below belong to the message. If several channels share a message, only the first of these
+    // channels uses the members.
     std::optional<std::int64_t> frozen_counter{};
     std::optional<can::Frame> overtaken{};
     std::array<can::Frame, held_frames> late{};
@@ -110,7 +118,7 @@ class FaultyConnection final : public can::Bus {
   }
   bool is_on(Fault kind) const { return on_[static_cast<std::size_t>(kind)].has_value(); }
   double value_of(Fault kind) const { return *on_[static_cast<std::size_t>(kind)]; }
-  /// Returns the first channel of this message; null for any other frame.
+  /// Returns the first channel that sends this frame's message; null if no channel sends it.
   Channel* channel_of(const can::Frame& frame);
   void note_faults();
   bool misses(const can::Frame& frame);
@@ -124,12 +132,12 @@ class FaultyConnection final : public can::Bus {
   void babble();
 
   std::unique_ptr<can::Bus> within_;
-  bool is_faulty_ = false;  ///< a fault is active
+  bool is_faulty_ = false;  ///< true while at least one fault is active
   can::Scheduler& scheduler_;
   Config config_;
   std::mt19937_64 random_;
   std::vector<Channel> channels_;
-  ActiveFaults on_{};  ///< faults that act on the node
+  ActiveFaults on_{};  ///< active faults that act on the whole node, not on one channel
   std::unique_ptr<can::Timer> babbles_;
 };
 

@@ -18,18 +18,20 @@ using NormalNumbers =
 inline NormalNumbers normal_numbers(std::uint64_t seed) {
   return NormalNumbers(boost::random::mt19937_64(seed), boost::random::normal_distribution<double>());
 }
-/// Returns a different seed for each axis of a node. Node numbers are below 128.
+/// Returns a different seed for each pair of node and channel, because node numbers are below 128.
 constexpr std::uint64_t seed_of(std::uint64_t seed, std::uint8_t node, std::size_t channel) {
   return seed + node + 256 * channel;
 }
 
-// Noise and ripple of an amplifier's output, added to the drive:
+// The noise n(t) of an amplifier's output, added to the drive, in drive units:
 //
 //   n(t) = sigma N(0, 1) + ripple sin(2 pi f (t - start)),   sigma = density / sqrt(2 dt)
 //
-// The noise is drawn once for each sub-step dt and constant within it. It is white up to 1 / (2 dt) and has
-// the one-sided density of a data sheet, so its variance is density^2 / (2 dt). The mechanical mode filters
-// it. Neither noise nor ripple exists above 1 / (2 dt).
+// dt is the sub-step of the plant, f is the frequency of the ripple, `start` is the start of the twin. N(0,
+// 1) is a normally distributed random number with mean 0 and standard deviation 1. One number is drawn for
+// each sub-step, and n is constant within the sub-step. So the random part is white up to 1 / (2 dt).
+// `density` is the one-sided noise density of a data sheet, so the variance of the random part is density^2 /
+// (2 dt). The output contains no noise and no ripple above the frequency 1 / (2 dt).
 
 class DriveNoise {
  public:
@@ -39,11 +41,12 @@ class DriveNoise {
     double ripple_Hz = 0.0;
   };
 
-  /// `substep`: the time for which a value is constant. The same seed gives the same noise on every host.
+  /// Each value of the noise is constant for the time `substep`. The same seed gives the same noise on every
+  /// host.
   DriveNoise(const Config& config, can::Duration substep, can::Time start, std::uint64_t seed);
 
-  /// Returns the noise in drive units for the sub-step that begins or ends at `time`; call it once per
-  /// sub-step.
+  /// Returns noise plus ripple, in drive units, for the sub-step that begins at `time`. The caller calls this
+  /// operator once per sub-step.
   double operator()(can::Time time);
   bool is_silent() const { return sigma_ == 0.0 && ripple_ == 0.0; }
 

@@ -11,15 +11,16 @@
 namespace hystcan::twin {
 namespace {
 
-/// Capacity of the memory. A drive whose amplitude changes with every period, as under a learning controller,
-/// nests two turning points per period. A full memory merges branches, a jump that no real actuator makes.
+/// Capacity of the hysteresis memory. If the amplitude of the drive decreases with every period, as it can
+/// under a learning controller, each period adds two nested turning points. A full memory would merge
+/// branches, and the position would jump as no real actuator does.
 constexpr std::size_t remembered_branches = 4096;
 
-/// Number of sub-steps combined into one if only creep or temperature move the stage: three simulated days
-/// take one second.
+/// Number of sub-steps that are combined into one while only creep or temperature moves the stage. This makes
+/// the simulation fast: three simulated days take one second.
 constexpr int even_substeps = 1000;
 
-/// Spreads neighbouring lengths over a table (Knuth's multiplicative hashing).
+/// Returns the place of a step of this length in a hash table (Knuth's multiplicative hashing).
 std::size_t slot_of(can::Duration length, std::size_t slots) {
   return static_cast<std::size_t>((static_cast<std::uint64_t>(length.count()) * 0x9E3779B97F4A7C15U) >> 32U) %
          slots;
@@ -57,7 +58,7 @@ model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor
   return mode;
 }
 
-// Sets the mode to rest if it is so close to rest that only rounding would move it.
+// Sets the mode to rest and returns true if its distance from rest is negligible; otherwise returns false.
 bool settle(model::SecondOrder::State& state, const model::SecondOrder::Config& mode, double input_um) {
   constexpr double negligible_um = 1e-12;
   const double swing_um = state.velocity / mode.natural_frequency_Hz;
@@ -187,7 +188,8 @@ void Plant::move_target(double drive, can::Duration time) {
     ramp_->turn = std::min(ramp_->end, present_.time + can::Duration(std::llround(1e9 * turn_s)));
 }
 
-/// Applies the new target from the present time on; the output continues from its present value.
+/// Applies the target, course and rate of `at` from the present time on. The amplifier's output does not
+/// jump.
 void Plant::aim(const Amplifier::State& at) {
   split();
   for (Motion* motion : {&settled_, &present_}) {
@@ -228,7 +230,8 @@ double Plant::crosstalk_um() const {
   return sum_um;
 }
 
-// Moves by one step. `hysteresis` returns x_h at a drive.
+// Advances `motion` by one step. `hysteresis` is a function from the drive to the output of the hysteresis,
+// um.
 template <class Hysteresis>
 void Plant::move(Motion& motion, const Step& step, Hysteresis hysteresis) {
   motion.time += step.length;
@@ -244,7 +247,7 @@ void Plant::move(Motion& motion, const Step& step, Hysteresis hysteresis) {
     motion.second_mode = (*step.second_mode)(motion.second_mode, input_before, motion.input_um);
 }
 
-// Splits the sub-step at the present time: its second part ends at the next grid point.
+// Splits the present sub-step at the present time. The second part ends at the next grid point.
 void Plant::split() {
   next_grid_ = start_ + ((present_.time - start_) / config_.substep + 1) * config_.substep;
   if (present_.time == settled_.time) return;
@@ -252,7 +255,8 @@ void Plant::split() {
   settled_ = present_;
 }
 
-// Starts a sub-step with new noise, which changes the drive at once.
+// Starts a sub-step of this length. Draws the new drive noise, which changes the drive at once, and calls the
+// grid handlers.
 void Plant::begin_substep(can::Duration length) {
   next_grid_ = settled_.time + length;
   if (drive_noise_) {
@@ -271,8 +275,9 @@ bool Plant::has_settled() {
          (!config_.second_mode || settle(settled_.second_mode, config_.second_mode->mode, settled_.input_um));
 }
 
-// Bounds u'', the second derivative of the modes' input, by the sum of the closed forms for creep and
-// temperature.
+// Returns true if creep and temperature move the stage so evenly that `even_substeps` sub-steps may be
+// combined into one: the position would deviate from a straight line by at most negligible_um. The deviation
+// is computed from an upper bound of the second time derivative of the modes' input.
 bool Plant::drifts_evenly() const {
   constexpr double negligible_um = 1e-6;
   if (drive_noise_ || (creep_.empty() && !config_.temperature)) return false;
@@ -306,7 +311,8 @@ double Plant::stroke_um(const Motion& motion) const {
   return motion.hysteresis_um + motion.creep_um - late_share_ * (motion.hysteresis_um - start_um_);
 }
 
-// This form has no rounding error if neither gain nor temperature changes the travel.
+// Returns the input of the modes, um. Written as stroke + (gain - 1) * ..., the result has no rounding error
+// if gain is 1, the normal case.
 inline double Plant::input_um(const Motion& motion) const {
   double gain = disturbance_.gain;
   double offset_um = disturbance_.load_um;

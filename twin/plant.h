@@ -1,4 +1,4 @@
-// The stage: its material, and the plant with its mode.
+// The simulated stage: the smart material of its actuator, and the plant that moves the stage.
 #pragma once
 
 #include <array>
@@ -23,20 +23,24 @@ namespace hystcan::twin {
 //
 //   x_h = H[v](t)
 //
-// The model is rate-independent: only the sequence of the values of v matters. The drive moves monotonically
-// from each value to the next, without a turning point in between. If the symmetry is even (magnetostriction,
-// x(v) = x(-v)), a drive that changes its sign passes through zero.
+// v is the drive, x_h the displacement of the material, H the hysteresis model. The model is
+// rate-independent: the sequence of the values of v determines x_h, the speed of v does not. Between two
+// values v moves monotonically, without a turning point. If the symmetry is even (magnetostriction, x_h(v) =
+// x_h(-v)), a v that changes its sign passes through zero.
 
 class Material {
  public:
-  /// Starts on the virgin curve at `drive`. `branches`: capacity of the memory, if the model stores branches.
-  /// Throws std::invalid_argument if the model is invalid or does not reach `drive`.
+  /// Starts on the virgin curve at `drive`. `branches` is the maximum number of hysteresis branches in the
+  /// memory, for a model that stores branches. Throws std::invalid_argument if the model is invalid or its
+  /// range does not include `drive`.
   Material(const model::AnyParameters& parameters, double drive, std::size_t branches);
 
-  /// Moves to `drive`, in drive units, limited to the thresholds. Returns the output, um.
+  /// Moves the material to `drive`, in drive units, limited to the model's thresholds. Returns the
+  /// displacement, um.
   double go_to(double drive);
-  /// Returns the output that go_to(drive) would return, without moving there. If the symmetry is even and the
-  /// way to `drive` crosses zero, the memory moves to zero; otherwise it does not change.
+  /// Returns the displacement that go_to(drive) would return, without moving to `drive`. The memory does not
+  /// change, with one exception: if the symmetry is even and `drive` has the opposite sign, the memory moves
+  /// to a drive of zero.
   double look_at(double drive);
 
  private:
@@ -59,36 +63,39 @@ class Material {
 // The physics of one axis: amplifier, hysteretic actuator, one or two mechanical modes.
 //
 //   v(t)       drive: output of the amplifier (twin/amplifier.h) plus its noise, held over a sub-step
-//   x_h      = H[v](t)                             hysteresis of any kind (twin/plant.h)
-//   C(t)       creep of x_h - x_0, by Kuhnen's operators (model/creep.h): logarithmic in time, or the creep
-//              of the hysteresis model (model/output_creep.h), whose share s of x_h - x_0 appears with C
-//              instead of at once; or both
-//   T        = swing sin(2 pi t / period)          ambient temperature, from the start
+//   x_h      = H[v](t)                             output of a hysteresis model H of any kind
+//   C(t)       creep of x_h - x_0, by Kuhnen's operators (model/creep.h): creep that is logarithmic in time,
+//              or the creep of the hysteresis model (model/output_creep.h), or the sum of both. The model's
+//              creep delays a share s of x_h - x_0: this share appears in C over time instead of at once
+//   T        = swing sin(2 pi t / period)          change of the ambient temperature since the start
 //   u        = x_0 + g (1 + gain_per_K T) ((1 - s) (x_h - x_0) + C) + expansion T + load
 //   x_i'' + 2 zeta_i omega_i x_i' + omega_i^2 x_i = omega_i^2 u(t)
 //   position = (1 - share) x_1 + share x_2
 //
-// x_0 is x_h at the start. The Disturbance contains g, load and a factor on the omega_i. At the start
-// everything is at rest, the creep has settled, and T = 0.
+// x_0 is x_h at the start. u is the input of the mechanical modes. x_i is the displacement of mode i (1 or
+// 2), with its damping ratio zeta_i and its natural frequency omega_i. `share` is the share of the second
+// mode in the position. g (a gain of the travel), `load` and a factor on every omega_i are the members of
+// struct Disturbance. At the start everything is at rest, the creep has settled, and T = 0.
 //
-// Sub-steps are on a fixed grid, at whole multiples of `substep` from the start. A change of the target or a
-// disturbance splits the present sub-step into parts. Amplifier and modes are exact for any length; within a
-// part u is linear in time, and the creep's input is constant, the mean of both ends. v is monotone within a
-// part, so no turning point is missed. A target that moves in a straight line splits the sub-step twice more:
-// at the turn of v, if v turns, and at the end of the target's motion.
+// Sub-steps end on a fixed grid, at whole multiples of `substep` from the start. A change of the amplifier's
+// target or a disturbance splits the present sub-step into parts. Amplifier and modes are exact for a part of
+// any length. Within a part u is linear in time, and the creep's input is constant, the mean of both ends. v
+// is monotone within a part, so no turning point is missed. A target that moves in a straight line splits the
+// sub-step twice more: at the time when v turns, if v turns, and at the end of the target's motion.
 //
-// Reading the plant changes no bit of its state: the motion from the end of the last part to the time of
-// reading is computed on a copy. A plant at rest is not stepped; with temperature or drive noise it never
-// rests.
+// Reading the plant does not change its state: the motion from the end of the last part to the time of the
+// reading is computed on a copy. A plant at rest is not stepped. A plant with temperature or drive noise
+// never rests.
 
 struct SecondMode {
   model::SecondOrder::Config mode;
   double share = 0.0;  ///< share of this mode in the position, 0 to 1
 };
 
-/// Creep that is logarithmic in time from `from_s` to `to_s`, as in model::logarithmic_creep.
+/// Creep that grows with the logarithm of time, from `from_s` to `to_s` after a step (see
+/// model::logarithmic_creep).
 struct LogarithmicCreep {
-  double per_decade = 0.0;  ///< gamma: creep per decade of time, share of the response without creep
+  double per_decade = 0.0;  ///< creep per decade of time, as a share of the response without creep
   double from_s = 0.1;
   double to_s = 1000.0;
 };
@@ -97,14 +104,14 @@ struct Temperature {
   double swing_K = 0.0;   ///< amplitude of the ambient sine
   double period_s = 1.0;  ///< period of the ambient sine, > 0
   double expansion_um_per_K = 0.0;
-  double gain_per_K = 0.0;  ///< relative change of the travel
+  double gain_per_K = 0.0;  ///< relative change of the travel per kelvin
 };
 
 /// A change of the stage or of its amplifier during operation.
 struct Disturbance {
-  double load_um = 0.0;    ///< displacement of a static load
-  double gain = 1.0;       ///< factor on the travel from the start position of the stage
-  double resonance = 1.0;  ///< factor on the natural frequencies, > 0
+  double load_um = 0.0;  ///< displacement of the stage by a static load
+  double gain = 1.0;     ///< factor on the travel of the stage, which counts from the stage's start position
+  double resonance = 1.0;                                       ///< factor on the natural frequencies, > 0
   double most_drive = std::numeric_limits<double>::infinity();  ///< maximum magnitude of the amplifier's
                                                                 ///< output, >= 0
 };
@@ -122,8 +129,8 @@ class Plant {
     std::optional<Temperature> temperature{};
   };
 
-  /// Starts at rest, with the amplifier at its safe value and the actuator on its virgin curve. Throws
-  /// std::invalid_argument if the hysteresis is invalid or a parameter is out of range.
+  /// Starts at rest, with the amplifier's output at `safe_drive` and the actuator on its virgin curve. Throws
+  /// std::invalid_argument if the hysteresis model is invalid or a parameter is out of range.
   Plant(const Config& config, can::Time start);
 
   Plant(const Plant&) = delete;  // other plants may be coupled to it
@@ -131,21 +138,23 @@ class Plant {
 
   /// Advances the plant to `time`; an earlier time changes nothing.
   void advance_to(can::Time time);
-  /// Sets the amplifier's target and course from the present time on; the target is limited to its range.
+  /// Sets the amplifier's target and course from the present time on. The target is limited to the
+  /// amplifier's range.
   void set_target(double drive, Amplifier::Course course = Amplifier::Course::drive);
-  /// Moves the amplifier's target from the present time on in a straight line from its present value to
-  /// `drive`, which it reaches after `time`; the end is limited to the amplifier's range.
+  /// Moves the amplifier's target in a straight line from its present value to `drive`. The motion begins at
+  /// the present time and takes the duration `time`. `drive` is limited to the amplifier's range.
   void move_target(double drive, can::Duration time);
-  /// Disturbs the stage from the present time on. Throws std::invalid_argument if a number is not finite,
-  /// resonance <= 0 or most_drive < 0.
+  /// Replaces the disturbance of the stage from the present time on. Throws std::invalid_argument if
+  /// `load_um`, `gain` or `resonance` is not finite, resonance <= 0 or most_drive < 0.
   void disturb(const Disturbance& disturbance);
-  /// Adds `um_per_um` times the motion of `from` since its start to this position: a kinematic error, which
-  /// does not excite the modes. Every read of the position reads `from`, so `from` must outlive this object.
+  /// Couples this stage to the stage `from`: adds `um_per_um` times the motion of `from` since its start to
+  /// the position. The coupling is kinematic: it does not excite the modes of this stage. Every read of the
+  /// position reads `from`, so `from` must outlive this object.
   void couple(Plant& from, double um_per_um) { couplings_.emplace_back(&from, um_per_um); }
 
-  /// Calls each handler at the end of every sub-step of the fixed grid, with the position without couplings;
-  /// the position is linear in between. A time at rest counts as one long sub-step, a whole multiple of a
-  /// sub-step; the handler is called at its end.
+  /// Calls each handler at the end of every sub-step, with the position without couplings; between two calls
+  /// the position is linear in time. A plant at rest makes one long sub-step, a whole multiple of `substep`,
+  /// and calls each handler once, at its end.
   using GridHandler = std::function<void(can::Time, double position_um)>;
   void on_grid(GridHandler handler) { on_grid_.push_back(std::move(handler)); }
   /// Adds noise in drive units to the amplifier's output from the next sub-step on. `noise` is called once
@@ -156,13 +165,13 @@ class Plant {
   /// Input of the actuator: the amplifier's output and its noise.
   double drive() const { return present_.amplifier.output + noise_; }
   double position_um() const { return own_position_um(present_) + crosstalk_um(); }
-  /// The sum of the couplings' contributions to the position.
+  /// Returns the part of the position that comes from the couplings to other stages.
   double crosstalk_um() const;
   /// Returns the output of the hysteresis (x_h).
   double hysteresis_um() const { return present_.hysteresis_um; }
 
  private:
-  /// The state of motion, without the memory of the hysteresis.
+  /// The state of the plant at one time, without the memory of the hysteresis model.
   struct Motion {
     can::Time time;
     Amplifier::State amplifier;
@@ -172,7 +181,8 @@ class Plant {
     model::SecondOrder::State mode, second_mode;
     model::Creep::State creep;
   };
-  /// The step functions of all parts for one length of time.
+  /// The step functions of amplifier, modes and creep for a step of one length; their factors are computed
+  /// once.
   struct Step {
     Step(const Config& config, const model::Creep::Operators& creep_operators, can::Duration step_length);
     can::Duration length;
@@ -182,11 +192,11 @@ class Plant {
     model::Creep creep;
   };
 
-  /// The remaining motion of a moving target.
+  /// The remaining motion of the amplifier's target after move_target().
   struct Ramp {
     can::Time end;
     double to = 0.0;
-    std::optional<can::Time> turn;  ///< next turn of the output v; nullopt: none
+    std::optional<can::Time> turn;  ///< time at which the amplifier's output turns; nullopt: it does not turn
   };
 
   template <class Hysteresis>
@@ -204,24 +214,25 @@ class Plant {
   double input_um(const Motion& motion) const;
   double own_position_um(const Motion& motion) const;
 
-  Config config_;  ///< with the disturbed natural frequencies
+  Config config_;  ///< configuration; its natural frequencies include the present disturbance
   model::Creep::Operators creep_;
-  double late_share_;  ///< s, share of x_h - x_0 that creeps
+  double late_share_;  ///< share of the hysteresis output that appears as creep instead of at once
   Disturbance disturbance_;
-  Material material_;  ///< state at the time of settled_
-  double start_um_;    ///< x_0, output of the hysteresis at the start
+  Material material_;  ///< material with its memory, at the time of settled_
+  double start_um_;    ///< output of the hysteresis at the start
   can::Time start_;
   Step substep_;
-  /// Steps over parts of a sub-step, cached because commands arrive at the same phases again and again.
+  /// Cache of the step functions for parts of a sub-step. Commands arrive at the same phases of the sub-step
+  /// again and again, so the same lengths occur again.
   std::array<std::optional<Step>, 128> parts_;
-  Motion settled_;  ///< motion at the last grid point, change of target, or disturbance
-  Motion present_;  ///< motion at the present time
+  Motion settled_;  ///< state at the last grid point, change of the target, or disturbance
+  Motion present_;  ///< state at the present time
   can::Time next_grid_;
   std::optional<Ramp> ramp_;
   double noise_ = 0.0;
   std::vector<GridHandler> on_grid_;
   DriveNoise drive_noise_;
-  std::vector<std::pair<Plant*, double>> couplings_;  ///< source, um_per_um
+  std::vector<std::pair<Plant*, double>> couplings_;  ///< coupled stage and its um_per_um
 };
 
 }  // namespace hystcan::twin

@@ -7,8 +7,8 @@
 namespace hystcan::twin {
 namespace {
 
-/// Returns the number of points within the delay, plus one before them and one after them, which does not
-/// exist yet.
+/// Returns the required size of the ring buffer. Interpolation at any time within the delay needs the grid
+/// points within the delay and one point before them; a further place is a reserve for rounding.
 std::size_t points_needed(can::Duration delay, can::Duration substep) {
   return static_cast<std::size_t>(delay / substep) + 3;
 }
@@ -50,8 +50,9 @@ Sensor::Reading Sensor::measure(can::Time time, double position_um) {
   return {reading_um, held_um == seen_um};
 }
 
-/// u is the lag of a steady ramp:
+/// Solves the low pass y' = omega (x - y) over the time dt since the last stored point (x_0, y_0):
 ///   y = x - u + (y_0 - x_0 + u) e^{-omega dt},   u = (x - x_0) / (omega dt)
+/// x is the true position and moves linearly during dt. u is the distance by which y lags a steady ramp.
 Sensor::Point Sensor::low_passed(can::Time time, double position_um) const {
   if (config_.bandwidth_Hz == 0.0 || known_ == 0) return {time, position_um, position_um};
   const Point& last = point(0);
@@ -62,7 +63,7 @@ Sensor::Point Sensor::low_passed(can::Time time, double position_um) const {
   return {time, position_um, position_um - lag_um + (last.seen_um - last.position_um + lag_um) * decay};
 }
 
-/// Interpolates between the stored points and `now`.
+/// Returns the low-passed position one delay before `now`, interpolated between the stored points and `now`.
 double Sensor::delayed_um(const Point& now) const {
   const can::Time then = now.time - config_.delay;
   if (known_ == 0 || then >= now.time) return now.seen_um;
@@ -75,7 +76,7 @@ double Sensor::delayed_um(const Point& now) const {
     else
       younger = middle + 1;
   }
-  if (younger == known_) return point(known_ - 1).seen_um;  // at rest before the oldest stored point
+  if (younger == known_) return point(known_ - 1).seen_um;  // the sensor was at rest before its oldest point
   const Point& before = point(younger);
   const Point& after = younger == 0 ? now : point(younger - 1);
   if (after.time == before.time) return before.seen_um;
@@ -92,7 +93,7 @@ double Sensor::low_passed_noise(can::Time time) {
   return density_noise_um_;
 }
 
-/// Returns a stored point; age 0 is the newest.
+/// Returns the stored point that is `age` grid points older than the newest one.
 const Sensor::Point& Sensor::point(std::size_t age) const {
   return points_[(newest_ + points_.size() - age) % points_.size()];
 }

@@ -11,24 +11,27 @@
 
 namespace hystcan::twin {
 
-// The position sensor: bandwidth, delay, characteristic, drift, noise, quantisation.
+// The position sensor turns the true position x of the stage into a reading, step by step:
 //
 //   y' = omega (x - y),  omega = 2 pi bandwidth     exact for a position that is linear between grid points
 //   z(t) = y(t - delay)                             linear between grid points
 //   c = min(max(z, lo), hi)                         the range is [lo, hi]
 //   reading = c + A sin(2 pi (c - lo) / (hi - lo)) + gain_error c + offset + drift (t - start) + noise
 //
-// A = nonlinearity * (hi - lo): this error is zero at both ends and in the middle of the range. Outside the
-// range the electronics saturate, and the reading reports this. The reading is rounded to the resolution.
+// y is the position after the first-order low pass, z is y after the delay, c is z limited to the range, t is
+// the time. A = nonlinearity * (hi - lo) is the amplitude of the sine error, which is zero at both ends and
+// in the middle of the range. If z is outside the range, the electronics saturate, and Reading::in_range is
+// false. The reading is rounded to the resolution.
 //
-// The noise is the sum of white noise with `noise_um_rms` per sample and of noise n with a density, limited
-// by the bandwidth; dt is the time since the previous sample:
+// The noise is the sum of two parts. The first part is white, with the standard deviation `noise_um_rms` in
+// each sample. The second part n has a density (`noise_density_um_per_rtHz`) and is limited by the bandwidth:
 //
 //   rms  = density sqrt(pi / 2 * bandwidth),   rho = e^{-omega dt}
 //   n[k] = rho n[k-1] + sqrt(1 - rho^2) rms N(0, 1)
 //
-// This is the autocorrelation of white noise after a first-order low pass, for any sample times. The noise is
-// not delayed, because a delay would not change its statistics.
+// n[k] belongs to sample k, dt is the time since sample k-1, and N(0, 1) is a normally distributed random
+// number with mean 0 and standard deviation 1. n has the autocorrelation of white noise after a first-order
+// low pass, for any sample times. The noise is not delayed, because a delay would not change its statistics.
 
 class Sensor {
  public:
@@ -38,9 +41,9 @@ class Sensor {
     double noise_um_rms = 0.0;               ///< standard deviation of one sample, >= 0
     double resolution_um = 0.0;              ///< least significant bit; 0: not quantised
     double noise_density_um_per_rtHz = 0.0;  ///< one-sided density; needs a bandwidth
-    double bandwidth_Hz = 0.0;               ///< -3 dB; 0: unlimited
+    double bandwidth_Hz = 0.0;               ///< -3 dB frequency; 0: unlimited
     can::Duration delay{};
-    double drift_um_per_h = 0.0;        ///< since the start
+    double drift_um_per_h = 0.0;        ///< drift of the reading, zero at the start
     double nonlinearity_percent = 0.0;  ///< amplitude of the sine error, percent of the range
     double range_min_um = -unbounded_um;
     double range_max_um = unbounded_um;
@@ -52,24 +55,25 @@ class Sensor {
     bool in_range = true;
   };
 
-  /// The same seed gives the same noise on every host. `substep`: time between grid points.
+  /// The same seed gives the same noise on every host. `substep` is the time between two calls of
+  /// follow().
   explicit Sensor(const Config& config, std::uint64_t seed, can::Time start = {},
                   can::Duration substep = std::chrono::microseconds(50));
 
   /// Returns true if the reading depends on the past; follow() must then be called at every grid point.
   bool follows() const { return config_.bandwidth_Hz > 0.0 || config_.delay > can::Duration::zero(); }
-  /// Stores the next grid point of the plant, without allocating. Before the first point, the sensor was at
-  /// rest at the position of that point.
+  /// Stores the position of the plant at the grid point `time`, without allocating. The first call sets the
+  /// start: the sensor is assumed to have been at rest at this position before.
   void follow(can::Time time, double position_um);
-  /// Returns the sample at `time`, which must not be before the last grid point. Changes only the state of
-  /// the noise.
+  /// Returns the reading at `time` for the true position `position_um`. `time` must not be before the last
+  /// call of follow(). measure() changes only the state of the noise.
   Reading measure(can::Time time, double position_um);
 
  private:
   struct Point {
     can::Time time;
     double position_um = 0.0;  ///< x, input of the sensor
-    double seen_um = 0.0;      ///< y, after the low pass of the bandwidth
+    double seen_um = 0.0;      ///< y, the position after the low pass of the sensor's bandwidth
   };
   Point low_passed(can::Time time, double position_um) const;
   double delayed_um(const Point& now) const;
@@ -80,10 +84,10 @@ class Sensor {
   can::Time start_;
   can::Duration substep_;
   double omega_;
-  double substep_decay_;       ///< decay factor of the low pass in a sub-step: e^{-omega substep}
+  double substep_decay_;       ///< decay factor of the low pass in one sub-step: e^{-omega_ substep_}
   std::vector<Point> points_;  ///< ring buffer of the grid points within the delay
   std::size_t newest_ = 0;
-  std::size_t known_ = 0;  ///< number of points in the ring
+  std::size_t known_ = 0;  ///< number of stored points in points_
   NormalNumbers normal_;
   double density_rms_um_;
   double density_noise_um_ = 0.0;

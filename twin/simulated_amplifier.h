@@ -1,4 +1,4 @@
-// The amplifier of a simulated plant, driven by its node.
+// The amplifier of a simulated plant, as the output that its bus node drives.
 #pragma once
 
 #include "node/drive_output.h"

@@ -60,7 +60,8 @@ class SteadyLine final : public node::LineInput {
 
 constexpr std::string_view card_name = "simulated";
 
-/// Compares parsed names: `simulated` and `simulated:16` are the same card.
+/// Returns true if `device` names this card. Compares the parsed names, because `simulated` and
+/// `simulated:16` are the same card.
 bool is_on(const std::string& device, const node::DeviceName& card) {
   const node::DeviceName named = node::device_named(device);
   return named.kind == card.kind && named.bits == card.bits;

@@ -1,4 +1,4 @@
-// The sensor of a simulated plant, read by its node.
+// The position sensor of a simulated plant, as the input that its bus node reads.
 #pragma once
 
 #include "node/position_input.h"
@@ -9,7 +9,8 @@ namespace hystcan::twin {
 
 class SimulatedSensor final : public node::PositionInput {
  public:
-  /// Receives every grid point of the plant from `start` on if the reading depends on the past.
+  /// If the sensor has a bandwidth or a delay, it receives the plant's position at every grid point from
+  /// `start` on.
   SimulatedSensor(Sensor sensor, Plant& plant, can::Time start);
 
   Reading read(can::Time at) override;

@@ -1,7 +1,7 @@
-// The simulation twin: for each axis a plant and its two nodes on the bus. Axes with the same node number
-// share the node.
+// The simulation twin: for each axis a simulated stage with its two bus nodes, amplifier and sensor. Axes
+// with the same node number share the node.
 //
-// The twin communicates only over the bus. Each node has its own connection, like a real node.
+// The twin communicates only over the bus. Each node has its own bus connection, like a real node.
 #pragma once
 
 #include <cstddef>
@@ -21,40 +21,40 @@
 
 namespace hystcan::twin {
 
-// The true state of a simulated stage, together with the commanded and the measured values. Comparing the
-// three reveals a wrong sign or scale in any of them.
+// The true state of a simulated stage, the commanded value and the measured value. A comparison of all three
+// shows a wrong sign or a wrong scale.
 
 /// The true state of one axis at the time of a sample.
 struct Truth {
-  can::Time time;  ///< time of the scheduler: CLOCK_MONOTONIC, or virtual
+  can::Time time;  ///< time of the sample on the twin's clock: CLOCK_MONOTONIC, or virtual time
   std::size_t axis = 0;
-  std::uint8_t sync_counter = 0;  ///< counter in the sample
+  std::uint8_t sync_counter = 0;  ///< SYNC counter in the sensor's sample
   double setpoint = 0.0;          ///< last commanded value, drive units
   double drive = 0.0;             ///< input of the actuator, noise included, drive units
-  double hysteresis_um = 0.0;     ///< output of the hysteresis
-  double position_um = 0.0;       ///< input of the sensor
-  double measured_um = 0.0;       ///< output of the sensor, before faults act on the frame
+  double hysteresis_um = 0.0;     ///< output of the actuator's hysteresis
+  double position_um = 0.0;       ///< true position of the stage
+  double measured_um = 0.0;       ///< position that the sensor measured, before faults change the frame
 };
 
 using TruthHandler = std::function<void(const Truth&)>;
 
 class Twin {
  public:
-  /// Throws std::invalid_argument if the database lacks a message or a parameter is out of range.
+  /// Throws std::invalid_argument if the database lacks a message of an axis or a parameter is out of range.
   Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
        const can::Attach& attach);
 
   Twin(const Twin&) = delete;
   Twin& operator=(const Twin&) = delete;
 
-  /// Like node::Station::start(); also starts the faults.
+  /// Starts all nodes (see node::Station::start()) and the schedule of the faults.
   void start();
-  /// Switches every amplifier off; their outputs end at the safe value.
+  /// Ends all faults and switches every amplifier off; each output ends at its safe value.
   void shut_down();
 
   const node::Station& station() const { return station_; }
   const Axes& axes() const { return axes_; }
-  /// Calls `handler` at every sample of every axis, without delaying the sample.
+  /// Calls `handler` with the true state at every sample of every axis. The call does not delay the sample.
   void on_truth(const TruthHandler& handler);
   FaultScheduler& faults() { return *faults_; }
   const FaultScheduler& faults() const { return *faults_; }
