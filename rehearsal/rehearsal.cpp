@@ -45,8 +45,8 @@ TrueErrors::TrueErrors(const twin::Config& config, twin::Twin& twin, const contr
   }
 }
 
-/// Inserts points on a straight line where the plant made one long step: during a rest, or in a long
-/// sub-step.
+/// Stores the position of a plant at the end of a sub-step. If the plant combined several sub-steps into one
+/// long step, also stores the points in between, on a straight line.
 void TrueErrors::take(Axis& axis, can::Time time, double own_um) {
   if (!axis.points.empty()) {
     const Point last = axis.points.back();
@@ -69,8 +69,8 @@ void TrueErrors::add(const controller::CycleRecord& record) {
   }
 }
 
-/// True if every controlled plant has computed its sub-steps until `time`. A plant that is not controlled
-/// rests and may never step, so it is ignored.
+/// Returns true if every controlled plant has computed its sub-steps until `time`. Plants without a
+/// controller are ignored: they rest and may never step.
 bool TrueErrors::is_known_until(can::Time time) const {
   return std::ranges::all_of(stages_, [&](std::size_t stage) {
     if (stage >= axes_.size()) return true;
@@ -123,7 +123,8 @@ namespace {
 
 using controller::AxisState;
 
-/// Longer than any start-up: a rehearsal that does not track by then never tracks.
+/// Maximum time from power-on to the start of the reference. It is longer than any start-up, so a rehearsal
+/// that takes longer would never track.
 constexpr double start_up_limit_s = 60.0;
 
 double longest_reference_s(const controller::Config& config) {
@@ -133,7 +134,8 @@ double longest_reference_s(const controller::Config& config) {
   return longest;
 }
 
-/// Designs the learning filter again. If no filter converges for the new structure, it does not learn.
+/// Designs the learning filter for the axis's new control structure. If no filter converges, switches
+/// learning off for the axis.
 void plan_learning_anew(controller::AxisConfig& axis, double rate_Hz) {
   try {
     controller::plan_learning(axis, rate_Hz);
@@ -211,7 +213,7 @@ Setup with_structure(Setup setup, controller::Structure structure) {
   for (auto& axis : setup.controller.axes) {
     axis.axis.law.structure = structure;
     axis.axis.following_error.cycles =
-        std::numeric_limits<unsigned>::max();  // an oscillation is still judged
+        std::numeric_limits<unsigned>::max();  // the check for oscillation remains active
     plan_learning_anew(axis.axis, setup.controller.rate_Hz);
   }
   return setup;

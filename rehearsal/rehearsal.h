@@ -1,4 +1,4 @@
-// A rehearsal in virtual time, and the measurement of its true tracking error.
+// A rehearsal: controller and twin run together in virtual time. Also measures the true tracking error.
 #pragma once
 
 #include <cstdint>
@@ -21,42 +21,45 @@ namespace hystcan::rehearsal {
 //
 //   e(t) = r(t_k + (t - T_k)) - x(t),   T_k <= t < T_{k+1}
 //
-// T_k is the time at which the SYNC of cycle k is complete on the bus, when the nodes sample and apply. t_k
-// is the same SYNC in the controller's time. r is the reference as a function of time; x is the position with
-// its couplings. The sensor (noise, delay, errors) does not affect e.
+// e is the tracking error at the time t. T_k is the time at which the SYNC frame of cycle k is complete on
+// the bus: at this time the nodes sample the position and apply the command. t_k is the time of the same
+// cycle in the controller's reference. r is the reference as a function of time. x is the true position of
+// the stage, with the couplings from other stages. The sensor (noise, delay, errors) does not affect e.
 //
-// The class only listens and reads values that the plants compute anyway, so it does not change the run.
+// The class TrueErrors only listens and reads values that the plants compute anyway, so it does not change
+// the run.
 
 class TrueErrors {
  public:
-  /// Listens to the bus and to the plants from now on; both must outlive the object. Errors in the first
-  /// `settle_s` of each segment do not count, as in the statistics of the samples.
+  /// Listens to the bus and to the twin's plants from now on. Bus, plants and controller must outlive this
+  /// object, and this object must outlive the run of the twin. Errors in the first `settle_s` of each segment
+  /// of the reference do not count, as in the statistics of the measured samples.
   TrueErrors(const twin::Config& config, twin::Twin& twin, const controller::Controller& controller,
              const can::Attach& attach, double settle_s);
 
-  TrueErrors(const TrueErrors&) = delete;  // the plants call this object
+  TrueErrors(const TrueErrors&) = delete;  // the plants have a pointer to this object
   TrueErrors& operator=(const TrueErrors&) = delete;
 
-  /// Adds the records of the controller, in their order.
+  /// Adds a cycle record of the controller. The caller adds all records, in the order of the cycles.
   void add(const controller::CycleRecord& record);
 
-  /// Returns the statistics of each axis of the controller.
+  /// Returns the statistics of the true tracking error, one element per axis of the controller.
   std::vector<controller::TrackingStatistics> statistics() const;
 
  private:
   struct Cycle {
-    can::Time begins;  ///< T_k
-    double time_s;     ///< t_k
+    can::Time begins;  ///< time at which the cycle's SYNC frame was complete on the bus
+    double time_s;     ///< time of the cycle in the controller's reference
   };
   struct Point {
     can::Time time;
-    double own_um;  ///< position of the stage without couplings
+    double own_um;  ///< position of the stage without the couplings from other stages
   };
   struct Axis {
     can::Duration substep;
     std::vector<model::Coupling> couplings;
     double start_um;
-    std::deque<Point> points;  ///< not judged yet, and the last judged one
+    std::deque<Point> points;  ///< points that are not in the statistics yet, and the last point that is
     controller::TrackingStatistics statistics;
   };
 
@@ -66,16 +69,16 @@ class TrueErrors {
   double coupled_um(const Axis& axis, can::Time time) const;
 
   const controller::Controller& controller_;
-  std::vector<std::unique_ptr<Axis>> axes_;  ///< axes of the twin
-  std::vector<std::size_t> stages_;          ///< index in axes_ of each axis of the controller
+  std::vector<std::unique_ptr<Axis>> axes_;  ///< the axes of the twin
+  std::vector<std::size_t> stages_;          ///< for each axis of the controller, its index in axes_
   std::unique_ptr<can::Bus> bus_;
   std::optional<can::Time> last_sync_;
   std::deque<Cycle> cycles_;
 };
 
-// Controller and twin, with the same nodes as in the two processes, on one simulated bus in virtual time. The
-// controller transmits its frames in the order of sending, like a SocketCAN interface. The twin's nodes
-// transmit by priority, like the transmit buffers of a microcontroller.
+// Controller and twin in one process, on one simulated bus in virtual time, with the same nodes as in the two
+// separate programs. The controller transmits its frames in the order of sending, like a SocketCAN interface.
+// Each node of the twin transmits its frames by priority, like the transmit buffers of a microcontroller.
 
 struct Setup {
   controller::Config controller;
@@ -84,7 +87,8 @@ struct Setup {
   can::BitRates rates{};
 };
 
-/// The whole loop. Virtual time starts at zero and advances only in run_for().
+/// The controller, the twin and the bus between them. Virtual time starts at zero and advances only in
+/// run_for().
 class Rehearsal {
  public:
   Rehearsal(const Setup& setup, controller::Controller::RecordHandler on_record);
@@ -109,25 +113,26 @@ class Rehearsal {
   controller::Controller controller_;
 };
 
-/// Result of one pass of every axis's reference.
+/// The result of run_once(): every axis ran once through its reference.
 struct Outcome {
   std::vector<controller::AxisOutcome> axes;
-  /// Per axis: error of the twin's true position at every sub-step, also between the samples (class
-  /// TrueErrors).
+  /// For each axis of the controller the statistics of the true tracking error, also between the samples (see
+  /// class TrueErrors).
   std::vector<controller::TrackingStatistics> true_errors;
   double virtual_s = 0.0;
-  double bus_load = 0.0;  ///< 0..1
+  double bus_load = 0.0;  ///< share of the time in which the bus is busy, 0 to 1
   controller::CycleCounters counters;
 };
 
-/// Runs one pass of every axis's reference, starting at power-on; ends early if an axis faults. Errors in the
-/// first `settle_s` of each segment do not count. `on_truth` may be empty; it receives the true state of the
-/// twin's stages.
+/// Starts controller and twin at power-on and runs until every axis has finished its reference. Ends early if
+/// an axis faults or does not finish in time. Errors in the first `settle_s` of each segment do not count.
+/// `on_truth` receives the true state of the twin's stages at every sample; it may be empty.
 Outcome run_once(const Setup& setup, double settle_s, const controller::Controller::RecordHandler& on_record,
                  const twin::TruthHandler& on_truth = {});
 
-/// Returns the same setup with `structure` on every axis, for comparison. Disables the following-error trip,
-/// which is tuned for the configured structure, so that a poor structure can show its errors.
+/// Returns the setup with the control structure `structure` on every axis, to compare structures. Disables
+/// the following-error trip: its limit is tuned for the configured structure, and would end the run of a
+/// structure with larger errors.
 Setup with_structure(Setup setup, controller::Structure structure);
 
 }  // namespace hystcan::rehearsal
