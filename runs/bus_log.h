@@ -1,5 +1,5 @@
-// The bus log of a run: all traffic of an interface in candump format, in the folder of the run
-// (bus_0001.log).
+// The bus log of a run: a thread writes all frames on a CAN interface to the run's folder (bus_0001.log,
+// ...), in candump format.
 #pragma once
 
 #include <atomic>

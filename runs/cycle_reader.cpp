@@ -17,7 +17,8 @@ namespace {
 
 using Kind = controller::CycleColumn::Kind;
 
-/// Returns the file if it is a regular file: a pipe can't be read twice.
+/// Returns `file` if it is a regular file; otherwise throws Error. A pipe is refused because it can't be read
+/// twice.
 std::filesystem::path regular(std::filesystem::path file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
@@ -27,7 +28,8 @@ std::filesystem::path regular(std::filesystem::path file) {
 
 constexpr const char* needed_columns[] = {"cycle", "time_s", "axis", "state", "position_um"};
 
-/// Returns the bits of "slew+model"; nullopt if a name is unknown.
+/// Returns the bit mask for names joined by "+", for example "slew+model". The name words[i] sets bit i.
+/// Returns nullopt if a name is unknown.
 std::optional<double> bits_of(std::string_view text, const std::vector<std::string>& words) {
   unsigned bits = 0;
   while (!text.empty()) {

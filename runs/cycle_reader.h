@@ -1,5 +1,6 @@
-// Reads a CSV of cycles (controller/cycle_record.h) row by row in constant memory. Columns are found by name:
-// a file of an older version may lack some, and a file of a newer version may have more.
+// Reads a CSV of cycles row by row in constant memory. A row has the values of one control cycle of one axis
+// (controller/cycle_record.h). Columns are found by name: a file of an older version of hystcan may lack
+// columns, and a file of a newer version may have additional columns.
 #pragma once
 
 #include <cstddef>
@@ -14,7 +15,7 @@
 
 namespace hystcan::runs {
 
-/// Returns true if the file is a CSV with the columns that every file of cycles has.
+/// Returns true if the file is a CSV of control cycles: its header has the columns that every such file has.
 bool has_cycles(const std::filesystem::path& file);
 
 class CycleReader {
@@ -22,15 +23,16 @@ class CycleReader {
   /// Throws Error if the file can't be read or is not a CSV of cycles.
   explicit CycleReader(std::filesystem::path file);
 
-  /// Column names in the order of the file.
+  /// Returns the names of all columns, in the order of the file.
   const std::vector<std::string>& header() const { return header_; }
-  /// Requests one more column by its name. Returns false if the file does not have it. Throws Error at a name
-  /// that is not a column of cycles.
+  /// Adds a column to the columns that next() returns. Returns false if the file lacks this column. Throws
+  /// Error if `column` is not the name of a column of cycles.
   bool add(std::string_view column);
 
-  /// Returns the requested columns, and the name of the row's axis. Returns false at the end of the file, and
-  /// at a last line without a line end, as left by a killed program. Throws Error at a line that is not a
-  /// row: FILE:LINE:COLUMN: PROBLEM, expected ...
+  /// Reads the next row. Stores the values of the columns added by add() in `row`, and the name of the row's
+  /// axis in `axis`. Returns false at the end of the file, and at a last line without a line end, which a
+  /// killed program leaves. Throws Error if a line is not a valid row: FILE:LINE:COLUMN: PROBLEM, expected
+  /// ...
   bool next(std::vector<double>& row, std::string_view& axis);
 
  private:

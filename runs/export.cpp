@@ -54,7 +54,8 @@ void write_config(const Run& run, Hdf5Writer& file) {
                     read_regular_file(entry->path(), largest_config_file));
 }
 
-/// Throws if HDF5 can't have a group of this name: a slash begins a sub-group, and a dot is the group itself.
+/// Throws Error if the axis's name can't be the name of a HDF5 group: in HDF5 a slash separates a group from
+/// its sub-group, and a dot is the group itself.
 void require_group_name(const Run& run, const std::string& axis) {
   if (axis.empty() || axis == "." || axis.find('/') != std::string::npos)
     throw Error(run.path(), fmt::format("axis \"{}\" cannot be the name of a group of HDF5", axis),
@@ -69,8 +70,8 @@ void describe_axis(const RunAxis& axis, Hdf5Writer& file) {
   file.set(group, "error_max_um", axis.max_um);
 }
 
-/// Returns the axes. Throws if there are none: the run ended before its first cycle, or the CSV has only a
-/// header.
+/// Returns the axes of the run. Throws Error if the run has no axes: the run ended before its first cycle, or
+/// the CSV has only a header.
 const std::vector<RunAxis>& axes_in(const Run& run) {
   if (run.info().axes.empty()) throw Error(run.path(), "has no axes and no rows", expect("a run"));
   return run.info().axes;
@@ -161,7 +162,7 @@ std::uint64_t export_hdf5(const Run& run, const Selection& selection, Hdf5Writer
     require_group_name(run, run.info().axes[axis].name);
     std::vector<Signal> columns = run.signals(axis, names);
     for (Signal& column : columns)
-      if (column.name == "limits") column.words.clear();  // its bits are a number, not an enumeration
+      if (column.name == "limits") column.words.clear();  // "limits" is a bit mask, not an enumeration
     tables[axis] = file.add_table("/" + run.info().axes[axis].name, columns, true);
     describe_axis(run.info().axes[axis], file);
   }

@@ -1,8 +1,8 @@
-// Records runs of a controller, one after the other; a run starts with the program or by a command.
+// Records runs of a controller, one after the other. A run starts with the program or by a command.
 //
-// Calls arrive from three threads: records from the telemetry thread, commands from the control socket's
-// thread, the end from the main thread. No call waits for a disk, except start(), which creates a folder, and
-// finish().
+// Three threads call the Recorder: the telemetry thread adds records, the thread of the control socket starts
+// and stops runs, and the main thread calls finish(). Only start(), which creates a folder, and finish() wait
+// for the disk.
 #pragma once
 
 #include <filesystem>
@@ -18,7 +18,7 @@ namespace hystcan::runs {
 
 class Recorder {
  public:
-  /// `info`: the part common to every run (describe()).
+  /// `info` is the description that all runs have in common (see describe() in runs/run_folder.h).
   Recorder(const config::Config& config, RunInfo info, RunWriter::Sink sink,
            UtcNow utc_now = std::chrono::system_clock::now);
   ~Recorder() { finish(); }
@@ -28,15 +28,16 @@ class Recorder {
   /// Starts a run and returns its folder. Throws std::runtime_error if a run is in progress or the folder
   /// can't be created.
   std::filesystem::path start();
-  /// Ends the run; its last rows are written later. Returns its folder; empty if no run is in progress.
+  /// Ends the present run without waiting: the last rows are written afterwards. Returns the run's folder, or
+  /// an empty path if no run is in progress.
   std::filesystem::path stop();
-  /// Ends the run and waits until everything is written.
+  /// Ends the present run and waits until all its rows are written.
   void finish();
 
   void add(const controller::CycleRecord& record);
   void add(const std::vector<config::Change>& changes);
 
-  /// The status of the present or the last run.
+  /// Returns the status of the present run, or of the last run if no run is in progress.
   RunWriter::Status status() const;
 
  private:
@@ -47,7 +48,7 @@ class Recorder {
   RunWriter::Sink sink_;
   UtcNow utc_now_;
   mutable std::mutex mutex_;
-  std::shared_ptr<RunWriter> writer_;  ///< writer of the present or the last run
+  std::shared_ptr<RunWriter> writer_;  ///< writer of the present or the last run; null before the first run
 };
 
 }  // namespace hystcan::runs

@@ -26,7 +26,7 @@ std::filesystem::path folder_of(const std::filesystem::path& file) {
   return std::filesystem::absolute(file).parent_path();
 }
 
-/// Returns true if the CSV is in the folder of a run, which describes it.
+/// Returns true if the CSV is a part of a run: its folder has a run.json, which describes the run.
 bool is_part(const std::filesystem::path& file) {
   std::error_code ignored;
   return file.filename().string().starts_with("cycles_") &&
@@ -39,7 +39,7 @@ Signal signal_of(const CycleColumn& column, const std::string& drive_unit) {
           .words = words_of(column)};
 }
 
-/// Returns notes about the remains of a crash at the end of a part.
+/// Returns notes about what a crash left at the end of a CSV: an incomplete row, or zero bytes.
 std::vector<std::string> notes_of_end(const std::filesystem::path& part) {
   std::ifstream stream(part, std::ios::binary);
   constexpr std::streamoff tail_bytes = config::longest_csv_line;
@@ -82,7 +82,8 @@ std::string Run::name() const {
   return plain.filename().string();
 }
 
-/// Determines the information that run.json lacks, because the file is missing or the run was not closed.
+/// Reads all rows and sets axes, errors, faults, times and the number of rows in info_. Needed for a single
+/// CSV, and for a run that was not closed: its run.json lacks these values.
 void Run::look_through() {
   std::vector<std::string> names = info_.axis_names();
   RunSummary summary(RunSummary::most_axes);
@@ -164,7 +165,8 @@ void Run::read_blocks(std::span<const std::size_t> axes, std::span<const std::st
   for (std::size_t i = 0; i < axes.size(); ++i) pass_on(i);
 }
 
-/// Reads rows of all axes: time_s, then the columns.
+/// Calls `take` for each row of the part within `span`, for all axes. The row has the value of time_s first,
+/// then the values of the columns `names`.
 void Run::read_part(const std::filesystem::path& part, std::span<const std::string> names,
                     const TimeSpan& span,
                     const std::function<void(std::string_view, const std::vector<double>&)>& take) const {

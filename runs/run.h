@@ -1,7 +1,8 @@
-// A recorded run, for reading: a run's folder, one part of it, or a CSV with columns of cycles
-// (`controller --csv`, `demo`, a black box).
+// Reads a recorded run. The run is a run's folder, one CSV of such a folder, or another CSV with one row per
+// control cycle (written by `controller --csv`, by `demo` or as a black box).
 //
-// A run that was killed, or that is still being recorded, is read up to its last complete line, with a note.
+// If the program that recorded the run was killed, or is still recording, the run is read up to its last
+// complete line. notes() reports the incomplete line.
 #pragma once
 
 #include <cstddef>
@@ -18,16 +19,18 @@
 
 namespace hystcan::runs {
 
-/// A range of time_s, both ends included.
+/// A range of the times in the column time_s, both ends included.
 struct TimeSpan {
   double from_s = -std::numeric_limits<double>::infinity();
   double to_s = std::numeric_limits<double>::infinity();
 };
 
-/// A column: its name, its unit with the drive unit resolved ("V"), and the words of a state or cause.
+/// A column of a run: its name, its unit and, for a column of states or causes, the words for its values. The
+/// unit of a drive is the axis's own unit, for example "V".
 using Signal = storage::Column;
 
-/// Columns of equal length, in the requested order; NaN if a row has no value.
+/// The values of the requested columns, in the requested order. All columns have the same length. A missing
+/// value is NaN.
 using Columns = std::vector<std::vector<double>>;
 
 class Run {
@@ -36,25 +39,28 @@ class Run {
   explicit Run(std::filesystem::path path);
 
   const std::filesystem::path& path() const { return path_; }
-  /// For a single CSV, only axes and rows are determined; the rest is empty.
+  /// Returns the description of the run. For a CSV outside a run's folder the description has only the values
+  /// that the rows give: axes, errors, faults, times and the number of rows. The other members are empty.
   const RunInfo& info() const { return info_; }
-  /// The name of the folder or file, for titles: run_20261123T092000.123Z.
+  /// Returns the name of the run's folder or file, for titles. Example: run_20261123T092000.123Z.
   std::string name() const;
-  /// Returns "FILE: ignoring the last row: it has no line end and may be incomplete" for each such part.
-  /// Reads the end of each part.
+  /// Returns a note for each CSV of the run that ends with an incomplete row. Example: "FILE: ignoring the
+  /// last row: it has no line end and may be incomplete".
   std::vector<std::string> notes() const;
   std::size_t axis_index(const std::string& axis) const;
-  /// Returns all columns of the CSV except `axis`.
+  /// Returns all columns of the run's CSV except the column `axis`. The argument is the axis whose drive unit
+  /// the columns get.
   std::vector<Signal> signals(std::size_t axis) const;
-  /// Returns these columns, which must be columns of cycles.
+  /// Returns the columns with these names, in this order. Each name must be a column of cycles
+  /// (controller/cycle_record.h).
   std::vector<Signal> signals(std::size_t axis, std::span<const std::string> names) const;
 
-  /// Reads these columns of one axis; `names` as in cycles_*.csv. Throws Error at a name that the run does
-  /// not have, and at a row that is not a cycle: FILE:LINE:COLUMN: PROBLEM, expected ...
+  /// Reads columns of one axis. `names` are column names of cycles_*.csv. Throws Error if the run lacks a
+  /// column, or if a row is invalid: FILE:LINE:COLUMN: PROBLEM, expected ...
   Columns read(std::size_t axis, std::span<const std::string> names, const TimeSpan& span = {}) const;
 
-  /// Reads in constant memory: calls `take` with blocks of the columns of these axes, for each axis in order
-  /// of time.
+  /// Reads columns of several axes in constant memory. Calls `take` for each block of rows; a block has the
+  /// rows of one axis. The blocks of an axis are in the order of time.
   using Block = std::function<void(std::size_t axis, std::span<const std::vector<double>> columns)>;
   void read_blocks(std::span<const std::size_t> axes, std::span<const std::string> names,
                    const TimeSpan& span, const Block& take) const;

@@ -23,7 +23,8 @@ std::string host_name() {
   return gethostname(name.data(), name.size() - 1) == 0 ? name.data() : "";
 }
 
-/// Returns "20261123T092000.123Z" for `date_format` "%Y%m%dT%H%M%S".
+/// Returns a UTC time as text, with milliseconds: "20261123T092000.123Z" for `date_format`
+/// "{:%Y%m%dT%H%M%S}".
 template <class Format>
 std::string utc_text(const Format& date_format, std::chrono::system_clock::time_point time) {
   const auto since_epoch = std::chrono::floor<std::chrono::milliseconds>(time.time_since_epoch());
@@ -33,7 +34,8 @@ std::string utc_text(const Format& date_format, std::chrono::system_clock::time_
          fmt::format(".{:03}Z", (since_epoch - whole_s).count());
 }
 
-/// Returns the files named by the settings: their values are paths, relative to the configuration's folder.
+/// Returns the configuration file and all files named in the settings. A setting names a file if its value is
+/// the path of an existing file, relative to the configuration's folder.
 std::set<std::filesystem::path> files_named_by(const RunInfo& info,
                                                const std::filesystem::path& config_file) {
   std::set<std::filesystem::path> files{config_file};
@@ -46,7 +48,8 @@ std::set<std::filesystem::path> files_named_by(const RunInfo& info,
   return files;
 }
 
-/// Returns 0 for a symbolic link: its target is outside the folder and remains when the link is removed.
+/// Returns the size of a file; 0 for a symbolic link. The target of a link does not count, because it remains
+/// when the link is removed.
 std::uintmax_t bytes_of(const Path& file) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(std::filesystem::symlink_status(file, error))) return 0;
@@ -64,7 +67,7 @@ std::uintmax_t bytes_below(const Path& folder) {
   return bytes;
 }
 
-/// Returns the runs that may be removed, in the order of removal.
+/// Returns the runs in `folder` that may be removed, in the order of removal: runs without a fault first.
 std::vector<Path> removable(const Path& folder, const Path& current) {
   std::vector<Path> runs = runs_in(folder);
   std::erase_if(runs, [&](const Path& run) {
@@ -75,7 +78,8 @@ std::vector<Path> removable(const Path& folder, const Path& current) {
   return runs;
 }
 
-/// Returns the removable CSVs of the run that is being recorded: all but the last.
+/// Returns the CSVs of the run that is being recorded that may be removed: all CSVs except the last, or none
+/// if the run contains a file named `keep`.
 std::vector<Path> dispensable_parts(const Path& current) {
   std::vector<Path> parts = exists(current / "keep") ? std::vector<Path>() : parts_of(current);
   if (!parts.empty()) parts.pop_back();
@@ -151,7 +155,7 @@ std::vector<std::filesystem::path> parts_of(const std::filesystem::path& run) {
     const std::string name = entry->path().filename().string();
     if (name.starts_with("cycles_") && name.ends_with(".csv")) parts.push_back(entry->path());
   }
-  // Sorts by length first: 10000 follows 9999.
+  // Sorts by the length of the name first, so that part 10000 follows part 9999.
   std::ranges::sort(parts, {}, [](const std::filesystem::path& part) {
     const std::string name = part.filename().string();
     return std::pair(name.size(), name);

@@ -21,8 +21,8 @@ using nlohmann::json;
 constexpr std::uint64_t format_version = 1;
 constexpr std::size_t largest_info = 64 << 20;
 
-// The members of run.json, for writing and reading. `measured` is a number that may be null (NaN); `added` is
-// a member that older runs lack.
+// The functions visit() list the members of run.json. Writing and reading use the same lists. The visitor's
+// measured() is for a number that may be null (NaN), and added() is for a member that older runs lack.
 
 template <class Visitor, class Fault>
 requires std::same_as<std::remove_const_t<Fault>, RunFault>
@@ -86,7 +86,8 @@ class Writer {
   json& object_;
 };
 
-/// Reads members. Throws Error with the file if a member is missing or has another type.
+/// Visitor that reads the members of a JSON object. Throws Error with the file's name if a member is missing
+/// or has a wrong type.
 class Reader {
  public:
   Reader(const std::filesystem::path& file, const json& object) : file_(file), object_(object) {}
@@ -128,7 +129,7 @@ class Reader {
   }
   [[noreturn]] void refuse(const char* key, const json& found, const char* expected) const {
     constexpr std::size_t longest = 40;
-    const std::string text =  // dump() is recursive
+    const std::string text =  // dump() is recursive, so a deeply nested value could overflow the stack
         found.is_structured() ? found.type_name() : found.dump(-1, ' ', true, json::error_handler_t::replace);
     throw Error(file_,
                 fmt::format("{} is {}{}", key, text.substr(0, longest), text.size() > longest ? "..." : ""),
@@ -147,7 +148,7 @@ json parsed(const std::filesystem::path& file, const std::string& text) {
     what = "not a JSON object";
   } catch (const json::parse_error& error) {
     what = fmt::format("invalid JSON at byte {}", error.byte);
-  } catch (const json::out_of_range&) {  // 1e999
+  } catch (const json::out_of_range&) {  // for example the number 1e999
     what = "a number that is too large";
   }
   throw Error(file, what, expect("a file that hystcan wrote"));
@@ -183,10 +184,8 @@ RunInfo read_run_info(const std::filesystem::path& run) {
 
 bool ended_without_fault(const std::filesystem::path& run) {
   std::error_code ignored;
-  if (std::filesystem::file_size(run / info_name, ignored) > largest_info)
-    return false;  // missing file: the
-                   // size is the
-                   // maximum
+  // file_size() returns the maximum of its type if the file is missing, so a missing file returns false, too.
+  if (std::filesystem::file_size(run / info_name, ignored) > largest_info) return false;
   std::ifstream stream(run / info_name);
   const json info = json::parse(stream, nullptr, false);
   const auto axes = info.find("axes");

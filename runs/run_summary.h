@@ -1,4 +1,5 @@
-// Summarises the axes of a run, row by row, for its `run.json`.
+// Collects the results of each axis of a run, row by row: tracking errors and faults. They are stored in the
+// run's `run.json`.
 #pragma once
 
 #include <cstddef>
@@ -13,16 +14,17 @@ namespace hystcan::runs {
 
 class RunSummary {
  public:
-  static constexpr std::size_t most_faults = 100;  ///< per axis; later faults are not stored
+  static constexpr std::size_t most_faults = 100;  ///< faults stored for each axis; later faults are dropped
   static constexpr std::size_t most_axes = 64;
 
   explicit RunSummary(std::size_t axes) : axes_(axes) {}
 
-  /// Adds one row of an axis. `error_um` is only counted while the axis tracks.
+  /// Adds one row of an axis. `error_um` counts only if `state` is tracking.
   void add(std::size_t axis, double time_s, controller::AxisState state, controller::Cause cause,
            double error_um);
   std::uint64_t rows() const { return rows_; }
-  /// Sets rows, times and the summaries of the axes.
+  /// Stores the results in `info`: the number of rows, the times of the first and the last row, and the
+  /// errors and faults of each axis.
   void put_into(RunInfo& info) const;
 
  private:

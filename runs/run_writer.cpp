@@ -200,7 +200,7 @@ void RunWriter::close() {
   try {
     info_.failure = status().failure;
     if (info_.failure.empty()) close_part();
-    part_.reset();  // a file deleted on a full disk uses its space until it is closed
+    part_.reset();  // on a full disk, a deleted file uses its space until the file is closed
     {
       const std::scoped_lock lock(mutex_);
       summary_.put_into(info_);

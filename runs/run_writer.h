@@ -1,9 +1,10 @@
-// Writes one run in its own thread, so that no other thread waits for the disk.
+// Writes one run to the disk in a thread of its own, so that no other thread waits for the disk.
 //
 //   telemetry thread ── add() ──▶ text in memory (bounded) ── every half second ──▶ cycles_0001.csv
 //
-// Rows that are older than half a second survive SIGKILL. If the disk is full, slow or removed, the lost rows
-// are counted, and the run stores the reason for its end.
+// If the program is killed (SIGKILL), only the rows of the last half second are lost. If the disk is too
+// slow, rows are lost and counted. If the disk is full or removed, the recording ends, and run.json has the
+// reason.
 #pragma once
 
 #include <condition_variable>
@@ -30,20 +31,20 @@ namespace hystcan::runs {
 class RunWriter {
  public:
   using Sink = can::BusHealthLog::Sink;
-  /// Maximum size of the rows that wait for the disk, bytes.
+  /// Maximum size of the rows in memory that wait to be written, bytes. Further rows are lost.
   static constexpr std::size_t most_waiting = 16 << 20;
 
   struct Status {
     bool is_recording = false;
-    std::filesystem::path run{};  ///< folder of the run; empty if there is none
+    std::filesystem::path run{};  ///< folder of the run; empty: no run was recorded yet
     std::uint64_t rows = 0;
     std::uint64_t rows_lost = 0;
-    std::uint64_t bytes = 0;  ///< size of the CSVs
-    std::string failure{};    ///< reason if the run ended before stop(); else empty
+    std::uint64_t bytes = 0;  ///< total size of the run's CSVs
+    std::string failure{};    ///< reason why the recording failed; empty: the recording did not fail
   };
 
-  /// Creates the folder and the first part. Throws std::system_error, std::filesystem::filesystem_error or
-  /// RunError.
+  /// Creates the folder of the run and its first CSV. Throws std::system_error,
+  /// std::filesystem::filesystem_error or RunError if this fails.
   RunWriter(const config::Config& config, const RunInfo& info, Sink sink, UtcNow utc_now);
   ~RunWriter();
   RunWriter(const RunWriter&) = delete;
@@ -54,10 +55,11 @@ class RunWriter {
   /// Adds a row, without waiting for the disk.
   void add(const controller::CycleRecord& record);
   void add(const config::Change& change);
-  /// Writes until end(). Call it once, on its own thread.
+  /// Writes the rows to the disk until end() is called. The owner calls this function once, on a thread of
+  /// its own.
   void write_until_the_end();
   void end();
-  /// Returns true if no more rows are accepted and the CSVs are closed.
+  /// Returns true if the run has ended and is completely written, or if the recording failed.
   bool is_closed() const;
   /// Waits until write_until_the_end() has returned.
   void await() const;
@@ -77,10 +79,10 @@ class RunWriter {
   UtcNow utc_now_;
   std::vector<std::string> axis_names_;
   std::filesystem::path run_;
-  std::optional<Descriptor> lock_;  ///< held until the run is closed
+  std::optional<Descriptor> lock_;  ///< lock on the run's folder, held until the run is closed
   RunInfo info_;
 
-  // only for the writing thread
+  // Only the writing thread uses the members below, up to `mutex_`.
   std::unique_ptr<AppendFile> part_, changes_file_;
   unsigned part_number_ = 0;
   std::uint64_t closed_bytes_ = 0;
@@ -89,7 +91,7 @@ class RunWriter {
 
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
-  std::string rows_, changes_;  ///< texts that wait to be written
+  std::string rows_, changes_;  ///< lines of cycles_*.csv and changes.csv that wait to be written
   RunSummary summary_;
   Status status_;
   bool ending_ = false;
