@@ -29,8 +29,8 @@ std::string type_of(const toml::node& node) {
 
 }  // namespace
 
-/// Parses the text. Removes `format` from the root, because it is a key of the file and not of the
-/// configuration.
+/// Parses the text. Removes the key `format` from the root table, because it is the version of the file
+/// format and not a key of the configuration.
 Document::Document(std::filesystem::path file, std::string_view text) : file_(std::move(file)) {
   toml::table root = parse_toml(text, file_.string());
   require_known_format(root, file_.string());
@@ -50,7 +50,8 @@ Document Document::with(const std::vector<Setting>& overrides) const {
   return changed;
 }
 
-/// Sets the value at the path. Creates missing tables on the path, but not elements of a list.
+/// Sets the value of the setting's key in `root`. Creates missing tables on the path of the key, but no
+/// missing elements of lists.
 void Document::put(const Setting& setting, toml::table& root) {
   const std::size_t dot = setting.path.rfind('.');
   const std::string key = dot == std::string::npos ? setting.path : setting.path.substr(dot + 1);
@@ -77,7 +78,7 @@ std::filesystem::path Document::resolve(const std::filesystem::path& path) const
 }
 
 Place Document::place_of(const toml::source_region& where) const {
-  if (where.path) return *where.path;  // the value is from an override, not from the file
+  if (where.path) return *where.path;  // an override, not the file, sets this value
   const toml::source_position position = where.begin ? where.begin : toml::source_position{1, 1};
   return {file_, position.line, position.column};
 }
@@ -107,7 +108,7 @@ std::string unit_of(std::string_view key) {
       {"Hz", "Hz"},   {"V", "V"},   {"A", "A"},    {"K", "K"},          {"percent", "%"}, {"deg", "deg"},
       {"ppm", "ppm"}, {"MB", "MB"}, {"GB", "GB"},  {"uF", "uF"},        {"mH", "mH"},     {"ohm", "ohm"},
       {"bit", "bit"}, {"<U>", "U"}, {"s2", "s^2"}, {"rtHz", "sqrt(Hz)"}};
-  key.remove_prefix(key.rfind('.') + 1);  // removes nothing if the key has no path
+  key.remove_prefix(key.rfind('.') + 1);  // without a '.', rfind() + 1 is 0
   if (key == "kp") return "um/um";
   if (key.ends_with("_rms")) key.remove_suffix(4);
   const auto unit_at_end = [&](std::string_view text) {
@@ -192,8 +193,8 @@ std::int64_t Reader::read_integer(const toml::node& node, std::string_view key, 
 
 double Reader::read_number(const toml::node& node, std::string_view key, Range range, Index index) const {
   if (!node.is_number()) wrong_type(node, key, range.describe(), index);
-  // value<double>() is empty for an integer that no double represents exactly.
-  const double value =  // + 0.0 turns -0.0 into 0.0, whose sign would show in margins and messages
+  // node.value<double>() would be empty for an integer that no double represents exactly.
+  const double value =  // "+ 0.0" turns -0.0 into 0.0; messages would show "-0"
       (node.is_integer() ? static_cast<double>(**node.as_integer()) : **node.as_floating_point()) + 0.0;
   if (!std::isfinite(value) || !range.contains(value))
     fail(key, fmt::format("is {}, expected {}", value, range.describe()), index);
@@ -270,8 +271,8 @@ void Writer::line(std::string_view key, const Member& member, const std::string&
     keys_ += fmt::format("{:<34} # {}\n", text, *comment);
 }
 
-/// Writes a table. In the layout `columns`, a table without keys of its own gets no header; its sub-tables
-/// imply it.
+/// Writes a table. A table without keys of its own gets a header only in the layout `plain`; in other layouts
+/// the headers of its sub-tables imply the table.
 void Writer::enter(std::string_view key, const std::string& index, const Member& member,
                    const std::function<void(Writer&)>& body) {
   Writer inner(layout_, remark_);

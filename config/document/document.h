@@ -1,9 +1,10 @@
 // A TOML file, and the visitors that copy values between its tables and structs.
 //
-// Each struct has one `visit` (config/schema/schema.h) with its keys, ranges, defaults and descriptions. A
-// Reader passed to it fills the struct, a Writer writes it, and a test compares the tables of
-// docs/configuration/ with it. Unknown keys, missing keys, wrong types and values out of range are errors
-// with line and column. The key of a duration has its unit in its name: _s, _ms or _us.
+// Each struct of the configuration has one function `visit` (config/schema/schema.h), which lists the
+// struct's keys with ranges, defaults and descriptions. visit() with a Reader fills the struct from a table;
+// visit() with a Writer writes the struct as text. A test compares the tables of docs/configuration/ with
+// these lists. Unknown keys, missing keys, wrong types and values out of range are errors with line and
+// column. The key of a duration ends with the unit: _s, _ms or _us.
 #pragma once
 
 #include <toml++/toml.h>
@@ -29,29 +30,32 @@
 
 namespace hystcan::config {
 
-/// Maximum sizes in bytes of a configuration, and of a model file, which may have long lists of weights.
+/// Maximum sizes of a configuration file and of a model file, in bytes. A model file may have long lists of
+/// weights, so its maximum is larger.
 inline constexpr std::size_t largest_configuration = 1'048'576;
 inline constexpr std::size_t largest_model_file = 16 * largest_configuration;
 
 class Document {
  public:
-  /// Parses a text that is, or will be, the content of `file`.
+  /// Parses `text`. `file` is the name in error messages and the base of relative paths; it is not read.
   Document(std::filesystem::path file, std::string_view text);
-  /// Reads a regular file of at most `largest` bytes.
+  /// Reads and parses `file`, a regular file of at most `largest` bytes.
   explicit Document(const std::filesystem::path& file, std::size_t largest = largest_configuration);
-  /// Returns a copy in which the overrides set the values of their keys.
+  /// Returns a copy of the document in which the keys of `overrides` have the values of `overrides`.
   Document with(const std::vector<Setting>& overrides) const;
 
   const toml::table& root() const { return *root_; }
   bool has(std::string_view path) const { return static_cast<bool>(root_->at_path(path)); }
   const std::filesystem::path& file() const { return file_; }
-  /// Resolves a path in the file; it is relative to the file's own folder.
+  /// Returns the full path for a path that is written in the document: it is relative to the document's
+  /// folder.
   std::filesystem::path resolve(const std::filesystem::path& path) const;
 
-  /// Returns FILE:LINE:COLUMN, or the key if an override sets the value.
+  /// Returns the place of a value, for error messages: FILE:LINE:COLUMN, or the key if an override sets the
+  /// value.
   Place place_of(const toml::source_region& where) const;
-  /// Returns the place of the key with this path ("axis[1].amplifier_node"), or of the nearest table above
-  /// it.
+  /// Returns the place of the key with this path, for example "axis[1].amplifier_node". If the key is
+  /// missing, returns the place of the innermost existing table on the path.
   Place place_at(std::string_view path) const;
   [[noreturn]] void fail_at(std::string_view path, const std::string& what) const {
     throw Error(place_at(path), what);
@@ -61,22 +65,22 @@ class Document {
   void put(const Setting& setting, toml::table& root);
 
   std::filesystem::path file_;
-  std::shared_ptr<const toml::table> read_;  ///< the table as parsed; its nodes have source places, which a
-                                             ///< copy loses
-  std::shared_ptr<const toml::table> root_;  ///< read_, or a copy with other values
+  std::shared_ptr<const toml::table> read_;  ///< the parsed file; its nodes have their line and column, which
+                                             ///< a copy would lose
+  std::shared_ptr<const toml::table> root_;  ///< read_, or a copy of it with overridden values
   std::vector<std::string> overridden_{};    ///< paths of the overridden keys
 };
 
 double nanoseconds_per_unit(std::string_view key);
 
-/// A list of words of one enumeration.
+/// A list whose elements are enumerators; in TOML it is a list of their words.
 template <class T>
 concept ListOfWords = requires {
   typename T::value_type;
 }
 &&HasWords<typename T::value_type>;
 
-/// Fills structs from one table.
+/// The visitor that fills a struct from a TOML table. Each function reads one key into one member.
 class Reader {
  public:
   Reader(const Document& document, const toml::table& table, std::string path)
@@ -87,7 +91,7 @@ class Reader {
     lacks_choice_ |= HasWords<T> && !table_.contains(key);
     if (const toml::node* node = look_up(key)) read(*node, key, value, range);
   }
-  /// Reads an optional key; a list may be empty.
+  /// Reads a key that may be missing; `value` then does not change. A list may be empty.
   template <class T>
   void optional(std::string_view key, T& value, Range range = any, const About& = {}) {
     known_.emplace(key);
@@ -95,10 +99,11 @@ class Reader {
   }
   void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
               const About& = {});
-  /// Reads a limit; the value `inf` means no limit. If the key is missing, the limit `in_its_place` applies.
+  /// Reads a limit. If the key is missing or has the value `inf`, `value` does not change. The Reader ignores
+  /// `in_its_place`.
   void limit_or_inf(std::string_view key, double& value, double in_its_place, const About& = {});
 
-  /// Reads a sub-table that may be missing.
+  /// Reads a sub-table that may be missing; `value` is then empty.
   template <class T, class Visit>
   void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
     known_.emplace(key);
@@ -110,14 +115,14 @@ class Reader {
     known_.emplace(key);
     if (table_.contains(key)) table(key, value, visit);
   }
-  /// Reads a sub-table with its own struct: calls `visit(reader, value)`.
+  /// Reads a required sub-table into the struct `value`: calls `visit` with a Reader of the sub-table.
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
     const toml::node* node = look_up(key);
-    if (!missing_.empty()) return;  // the sub-table's keys may depend on the missing key
+    if (!missing_.empty()) return;  // the keys of the sub-table may depend on a required key that is missing
     read_table(*node, join(key), value, visit);
   }
-  /// Reads an array of at least one table.
+  /// Reads a required array of tables, which must have at least one table.
   template <class T, class Visit>
   void list(std::string_view key, std::vector<T>& values, Visit visit) {
     const toml::node* node = look_up(key);
@@ -135,16 +140,16 @@ class Reader {
     known_.emplace(key);
     if (table_.contains(key)) list(key, values, visit);
   }
-  /// Creates the alternative that a choice selected.
+  /// Calls `make`, which creates the object that a choice selected (for example one kind of reference).
   template <class Make>
   void alternative(Make make) {
     make();
   }
   void takes_effect(Effect) {}
 
-  /// Fails at the first unknown key, then at the first missing required key: a misspelt key is both, and the
-  /// error should quote it. If a missing key is a choice, which decides which keys exist, only a key that
-  /// resembles a known one counts as unknown.
+  /// Throws Error if the table has an unknown key, or if a required key is missing. Unknown keys are checked
+  /// first: if a required key is misspelt, the error should quote the misspelt key. A choice decides which
+  /// other keys exist. If a choice is missing, a key is unknown only if it resembles a known key.
   void finish() const;
 
  private:
@@ -200,16 +205,17 @@ class Reader {
   std::int64_t read_whole_number(const toml::node& node, std::string_view key, Index index = {}) const;
   std::int64_t read_integer(const toml::node& node, std::string_view key, Range range, double type_max) const;
   double read_number(const toml::node& node, std::string_view key, Range range, Index index = {}) const;
-  /// Fails if the duration is longer than a year, which time computations can still represent, or if it is
-  /// shorter than a nanosecond and would become zero.
+  /// Reads a duration in the unit of its key. Throws Error if the duration is longer than a year, the maximum
+  /// for time computations, or if it is shorter than a nanosecond and would become zero.
   can::Duration read_duration(const toml::node& node, std::string_view key, Range range) const;
   std::string read_string(const toml::node& node, std::string_view key, Index index = {}) const;
   std::string read_word(const toml::node& node, std::string_view key,
                         std::span<const std::string_view> choices, Index index = {}) const;
 
-  /// Returns the node of a required key; null if the key is missing (finish() then fails).
+  /// Returns the TOML node of a required key; null if the key is missing. Then finish() throws Error.
   const toml::node* look_up(std::string_view key);
-  /// Throws "KEY what", at the key or at an element of its list.
+  /// Throws Error with the message "KEY what" and the place of the key. With `index`, the place is the
+  /// element of the key's list.
   [[noreturn]] void fail(std::string_view key, const std::string& what, Index index = {}) const;
   [[noreturn]] void wrong_type(const toml::node& node, std::string_view key, const std::string& expected,
                                Index index = {}) const;
@@ -220,19 +226,21 @@ class Reader {
   std::string path_;
   std::set<std::string, std::less<>> known_;
   std::string missing_;        ///< the first required key that is missing
-  bool lacks_choice_ = false;  ///< one of the missing keys is a choice
+  bool lacks_choice_ = false;  ///< true if a missing key is a choice, which decides which other keys exist
 };
 
-/// Writes structs as TOML. A Remark decides which keys are written, and the comment after each value.
+/// The visitor that writes a struct as TOML. A Remark decides which keys are written, and which comment
+/// follows each value.
 class Writer {
  public:
   enum class Layout : std::uint8_t {
-    plain,    ///< `hystcan check`: each number with the fewest characters
-    columns,  ///< a file: aligned equals signs and comments; fractions have a decimal point
-    model,    ///< a model file: numbers with a limited number of digits, descriptions as comments
-    schema    ///< only calls the remark, without values; includes keys and tables that are left out
+    plain,    ///< layout of `hystcan check`: each number has the fewest characters
+    columns,  ///< layout of a file: equals signs and comments are aligned; floating-point numbers have a
+              ///< decimal point
+    model,    ///< layout of a model file: numbers have limited digits, descriptions are comments
+    schema  ///< calls the remark for every key and table, including those that other layouts omit; no values
   };
-  /// `table`: the table of the struct's keys, as path and header; empty: the root of the file.
+  /// `table` is the TOML name of the table that contains the struct's keys; empty for the root of the file.
   Writer(Layout layout, Remark remark, std::string table = {})
       : layout_(layout), remark_(std::move(remark)), header_(table), path_(std::move(table)) {}
 
@@ -240,8 +248,9 @@ class Writer {
   void required(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     line(key, value, text_of(key, value, about.digits), true, about, choices_of<T>(), range);
   }
-  /// Omits an infinite number, an empty text or an empty list of words. A key without a default counts as
-  /// required, unless it is a word.
+  /// Writes an optional key. Omits an infinite number, an empty text or an empty list of words. If `about`
+  /// names a value that replaces a missing key (About::otherwise), the remark is told that the key is
+  /// required, except for a word or a list of words.
   template <class T>
   void optional(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     bool is_left_out = false;
@@ -257,8 +266,8 @@ class Writer {
               const About& about = {}) {
     line(key, value, text_of(key, value), true, about, choices);
   }
-  /// `in_its_place`: the limit in force if the key is missing; infinite: none. It is written as a comment,
-  /// because it is not the key's value.
+  /// Writes a limit. `in_its_place` is the limit in force if the key is missing; infinite: no limit. A finite
+  /// `in_its_place` is written as a comment, because it is not the value of the key.
   void limit_or_inf(std::string_view key, const double& value, double in_its_place, const About& about = {});
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {
@@ -286,7 +295,8 @@ class Writer {
   }
   template <class Make>
   void alternative(Make) {}
-  /// Sets the effect of all following keys in this table and its sub-tables that have no effect of their own.
+  /// Sets when a change of the following keys takes effect, in this table and its sub-tables. A key with
+  /// About::effect has its own effect.
   void takes_effect(Effect effect) { effect_ = effect; }
 
   std::string text() const { return keys_ + tables_; }
@@ -317,7 +327,7 @@ class Writer {
     else
       return toml_string(std::filesystem::path(value).string());
   }
-  /// Writes a table, or the element of a list with this index.
+  /// Writes a table. For the element of a list of tables, `index` is its index ("[0]"); otherwise empty.
   void enter(std::string_view key, const std::string& index, const Member& member,
              const std::function<void(Writer&)>& body);
   template <class T>
@@ -341,10 +351,10 @@ class Writer {
 
   Layout layout_;
   Remark remark_;
-  std::string header_;  ///< TOML name of the table
-  std::string path_;    ///< TOML name of the table, with indices
+  std::string header_;  ///< TOML name of the table, without indices: "axis.control"
+  std::string path_;    ///< TOML name of the table, with indices: "axis[1].control"
   std::string keys_;    ///< text of the table's own keys
-  std::string tables_;  ///< text of the sub-tables
+  std::string tables_;  ///< text of the table's sub-tables
   Effect effect_ = Effect::after_restart;
 };
 

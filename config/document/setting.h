@@ -1,4 +1,4 @@
-// One key of a configuration: its value and its description.
+// A key of a configuration: its value and its description.
 #pragma once
 
 #include <cmath>
@@ -13,26 +13,26 @@
 
 namespace hystcan::config {
 
-/// How a changed key takes effect.
+/// The time at which a changed key takes effect.
 enum class Effect : std::uint8_t {
-  after_restart,  ///< when the controller restarts
-  at_once,        ///< in the running controller, between two cycles
-  at_next_start,  ///< in the running controller, at the next start of the axis
-  new_reference,  ///< in the running controller; the reference restarts
-  on_nodes        ///< when the twin or the node restarts
+  after_restart,  ///< the change takes effect when the controller restarts
+  at_once,        ///< the change takes effect in the running controller, between two cycles
+  at_next_start,  ///< the change takes effect in the running controller, at the next start of the axis
+  new_reference,  ///< the change takes effect in the running controller, and the reference restarts
+  on_nodes        ///< the change takes effect when the twin or the node restarts
 };
 constexpr bool is_taken_over(Effect effect) {
   return effect != Effect::after_restart && effect != Effect::on_nodes;
 }
 
-/// A key: its path ("axis[0].control.kp") and its value as TOML.
+/// A key of a configuration: its path ("axis[0].control.kp") and its value as TOML text.
 struct Setting {
   std::string path;
   std::string value;
-  Effect effect = Effect::after_restart;  ///< set if the key is from a `visit`
+  Effect effect = Effect::after_restart;  ///< only valid if a `visit` function created this object
 };
 
-/// Returns true for the table's or list's own path and for the keys in it.
+/// Returns true if `path` is the path of `table` itself or of a key in it. `table` may also be a list.
 bool is_within(std::string_view path, std::string_view table);
 
 /// The allowed range of a number.
@@ -40,7 +40,7 @@ struct Range {
   double lo = -std::numeric_limits<double>::infinity();
   double hi = std::numeric_limits<double>::infinity();
   bool lo_excluded = false;
-  bool either_sign = false;  ///< the range applies to the magnitude
+  bool either_sign = false;  ///< true: the range applies to the magnitude of the number
 
   bool contains(double number) const {
     const double value = either_sign ? std::abs(number) : number;
@@ -52,19 +52,21 @@ inline constexpr Range any{};
 inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
 inline constexpr Range not_negative{.lo = 0.0};
 
-/// Returns the unit at the end of a key or of its path, as written in text: "um/s^2", "%"; empty if none.
+/// Returns the unit in the name of a key, as written in text. Examples: "um/s^2" for `limit_um_per_s2`, "%"
+/// for `gain_percent`. Returns an empty string if the name has no unit. `key` may have a path before the
+/// name.
 std::string unit_of(std::string_view key);
 
 /// The description of a key, for the tables of docs/configuration/*.md and the comments of a model file.
 struct About {
   std::string_view meaning{};
-  std::string_view otherwise{};  ///< value in force if the key is missing and has no default: "of the model"
-  std::optional<Effect> effect{};  ///< nullopt: the effect of its table
-  int digits = 17;                 ///< significant digits in a model file; 17 restore the same bits
+  std::string_view otherwise{};    ///< words for the value in force if the key is missing: "of the model"
+  std::optional<Effect> effect{};  ///< when a change takes effect; nullopt: as for the key's table
+  int digits = 17;                 ///< significant digits in a model file; 17 digits restore the same double
 };
 
-/// Identifies a member in a `visit`: its address and its type. The address alone does not suffice: the first
-/// member of a struct has the address of the struct.
+/// Identifies a member of a configuration struct by its address and its type. The address alone is not
+/// enough, because the first member of a struct has the address of the struct.
 struct Member {
   Member() = default;
   template <class T>
@@ -75,8 +77,8 @@ struct Member {
   std::type_index type = typeid(void);
 };
 
-/// A key or a table with its description from the struct's `visit`. The default of a key is the initial value
-/// of its member.
+/// A key or a table with its description, as the struct's `visit` function lists it. The default of a key is
+/// not stored here: it is the initial value of the member.
 struct Key : Setting {
   Range range{};
   std::string_view meaning{};
@@ -87,8 +89,8 @@ struct Key : Setting {
   std::string unit() const { return unit_of(path); }
 };
 
-/// Called by a Writer for each key and, with an empty value, for each table. Returns the comment after the
-/// value, which may be empty; nullopt omits the key.
+/// A function that a Writer calls for each key and for each table (a table has an empty value). It returns
+/// the comment to write after the value, which may be empty. If it returns nullopt, the Writer omits the key.
 using Remark = std::function<std::optional<std::string>(const Key& key, bool is_required)>;
 
 }  // namespace hystcan::config

@@ -15,7 +15,7 @@
 namespace hystcan::config {
 namespace {
 
-/// Splits "a[1].b" into "a", "[1]", "b".
+/// Splits a path into keys and indices: "a[1].b" into "a", "[1]" and "b".
 std::vector<std::string> parts_of(const std::string& path) {
   std::vector<std::string> parts{""};
   for (const char c : path) {
@@ -28,7 +28,7 @@ std::vector<std::string> parts_of(const std::string& path) {
 
 bool is_index(const std::string& part) { return part.starts_with('['); }
 
-/// Returns true for a bare TOML key, which needs no quotes, and for an index.
+/// Returns true if `part` is an index such as "[1]", or a TOML key that needs no quotes.
 bool can_stand_in_a_path(const std::string& part) {
   constexpr std::string_view letters = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_-";
   constexpr std::string_view digits = "0123456789";
@@ -43,11 +43,11 @@ const toml::node* child_of(const toml::node& node, const std::string& part) {
   return node.is_array() ? node.as_array()->get(index) : nullptr;
 }
 
-/// The lines of a table's own keys.
+/// The lines of a table's own keys, without the lines of its sub-tables.
 struct OwnLines {
   std::size_t last = 0;
-  std::size_t last_key = 0;  ///< line at which the last value begins
-  bool has_tables = false;   ///< has sub-tables with headers of their own
+  std::size_t last_key = 0;  ///< line at which the table's last value begins
+  bool has_tables = false;   ///< true if the table has sub-tables with headers of their own
 };
 
 using HasHeader = std::function<bool(const toml::node&)>;
@@ -55,7 +55,7 @@ using HasHeader = std::function<bool(const toml::node&)>;
 void add_lines_of(const toml::node& node, const HasHeader& has_header, OwnLines& lines) {
   if (has_header(node)) {
     lines.has_tables = true;
-  } else if (node.is_table() && !node.as_table()->is_inline()) {  // dotted keys
+  } else if (node.is_table() && !node.as_table()->is_inline()) {  // a table that dotted keys (a.b = 1) define
     for (const auto& [key, value] : *node.as_table()) add_lines_of(value, has_header, lines);
   } else if (node.source().end.line > lines.last) {
     lines.last = node.source().end.line;
@@ -69,7 +69,8 @@ OwnLines own_lines_of(const toml::table& table, const HasHeader& has_header) {
   return lines;
 }
 
-/// Formats `key = value` with the equals sign aligned to that of the line `above`, if it has one.
+/// Returns the line `key = value`. Aligns its equals sign with the equals sign of the line `above`, if
+/// `above` is the line of a key.
 std::string aligned(const std::string& key, const std::string& value, std::string_view above) {
   const std::size_t indent = std::min(above.find_first_not_of(" \t"), above.size());
   const bool is_key = indent < above.size() && above[indent] != '[' && above[indent] != '#';
@@ -82,15 +83,16 @@ std::string aligned(const std::string& key, const std::string& value, std::strin
 
 }  // namespace
 
-/// The existing part of a path.
+/// The result of find(): the parts of a path, and the TOML nodes of those parts that exist.
 struct TomlEdit::Place {
   std::vector<std::string> parts;
   std::vector<const toml::node*> nodes;  ///< the root, then one for each part that exists
-  bool within_inline = false;            ///< the deepest node is in an inline table or in a list of values
+  bool within_inline = false;            ///< true if the last node is in an inline table or a list of values
 
   bool is_complete() const { return nodes.size() == parts.size() + 1; }
   const toml::node& deepest() const { return *nodes.back(); }
-  /// Joins the first `count` parts without indices: the name in a header.
+  /// Returns the table name that a header [NAME] has: the first `count` parts without indices, joined by
+  /// dots.
   std::string header(std::size_t count) const {
     std::string name;
     for (std::size_t i = 0; i < count; ++i)
@@ -125,7 +127,7 @@ std::string_view TomlEdit::line_at(std::size_t line) const {
   return std::string_view(text_).substr(start, text_.find('\n', start) - start);
 }
 
-/// Returns the byte offset of a position. toml++ counts columns in characters, not bytes.
+/// Returns the byte offset of a position in the text. The columns of toml++ count characters, not bytes.
 std::size_t TomlEdit::offset_of(const toml::source_position& position) const {
   std::size_t at = line_start(position.line);
   if (at == 0 && text_.starts_with(byte_order_mark)) at = byte_order_mark.size();
@@ -139,7 +141,8 @@ std::size_t TomlEdit::offset_of(const toml::source_position& position) const {
   return at;
 }
 
-/// Returns false for an inline table, a value and a table of dotted keys: they have no header.
+/// Returns true if the node is a table with a header [NAME], or a list of tables with headers [[NAME]]. An
+/// inline table, a value and a table of dotted keys have no header.
 bool TomlEdit::has_header(const toml::node& node) const {
   const std::string_view node_text = std::string_view(text_).substr(offset_of(node.source().begin));
   if (const toml::table* table = node.as_table()) return !table->is_inline() && node_text.starts_with('[');
@@ -170,7 +173,7 @@ void TomlEdit::replace_value(const toml::source_region& at, const std::string& v
   std::size_t comment = to;
   while (comment < text_.size() && text_[comment] == ' ') ++comment;
   std::string spaces = text_.substr(to, comment - to);
-  if (comment < text_.size() && text_[comment] == '#') {  // keeps the comment in its column if there is room
+  if (comment < text_.size() && text_[comment] == '#') {  // the comment stays in its column if there is room
     const std::size_t room = comment - from;
     spaces.assign(room > value.size() ? room - value.size() : 1, ' ');
   }
@@ -180,7 +183,7 @@ void TomlEdit::replace_value(const toml::source_region& at, const std::string& v
 void TomlEdit::insert_below(std::size_t line, const std::vector<std::string>& lines) {
   const std::string_view end = text_.find("\r\n") != std::string::npos ? "\r\n" : "\n";
   const std::size_t newline = text_.find('\n', line_start(line));
-  const bool is_last = newline == std::string::npos;  // the last line, without a line end
+  const bool is_last = newline == std::string::npos;  // `line` is the last line and has no line end
   std::string text = text_, added;
   for (const std::string& one : lines) added.append(is_last ? end : one).append(is_last ? one : end);
   take(text.insert(is_last ? text.size() : newline + 1, added));

@@ -12,8 +12,9 @@ namespace {
 
 bool is_ascii(char c) { return static_cast<unsigned char>(c) < 0x80; }
 
-/// Returns the position after the string that begins at `at`; the end of the text if the string does not end.
-/// A multi-line string may end with two quotes of its own before the three closing quotes.
+/// Returns the position after the TOML string that begins at `at`, or the end of the text if the string does
+/// not end. The content of a multi-line string may end with two quotes, directly before the three closing
+/// quotes.
 std::size_t end_of_string(std::string_view text, std::size_t at) {
   const char quote = text[at];
   const auto run = [&](std::size_t from) {
@@ -26,7 +27,7 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
     if (text[at] == '\\' && quote == '"') {
       ++at;
     } else if (text[at] == '\n' && !multi_line) {
-      return at;  // the library rejects it
+      return at;  // the TOML library rejects a line end in a single-line string
     } else if (text[at] == quote) {
       const std::size_t length = run(at);
       if (!multi_line) return at + 1;
@@ -37,11 +38,11 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
   return text.size();
 }
 
-/// Scans a text without its strings and comments, character by character, and tracks the state that the
-/// library would have.
+/// Scans a TOML text character by character for content that the TOML library can't parse safely. Strings and
+/// comments are added as a whole.
 class Scan {
  public:
-  /// Returns the problem with this character; null if there is none.
+  /// Adds the next character outside strings and comments. Returns the problem with it, or null.
   const char* add(char c) {
     constexpr std::string_view before_a_value = " \t\r\n=,[{";
     constexpr std::string_view behind_a_number = " \t\r\n,]}";
@@ -55,9 +56,9 @@ class Scan {
     return count(c);
   }
   void add_comment() { in_number_ = false; }
-  /// Returns the problem with a string at this position; null if there is none. In a multi-line string, the
-  /// library skips white space after a backslash without checking the characters; in a number, it skips up to
-  /// the end of the number.
+  /// Adds a TOML string. Returns the problem with it, or null. The TOML library skips two texts without
+  /// checking the characters, so problems there must be found here: the white space after a backslash in a
+  /// multi-line string, and the rest of a number.
   const char* add_string(std::string_view string) {
     if (in_number_) return "a string directly after a number";
     last_ = string.front();
@@ -86,7 +87,7 @@ static_assert(deepest_nesting == 16 && most_key_parts == 16, "as the messages sa
 
 Place place_of(std::string_view text, std::size_t at, const std::string& name) {
   const std::string_view before = text.substr(0, at);
-  const std::size_t line_start = before.rfind('\n') + 1;  // 0 in the first line
+  const std::size_t line_start = before.rfind('\n') + 1;  // in the first line, rfind() + 1 is 0
   return {name, static_cast<std::size_t>(std::ranges::count(before, '\n')) + 1, at - line_start + 1};
 }
 
