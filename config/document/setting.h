@@ -52,9 +52,9 @@ inline constexpr Range any{};
 inline constexpr Range positive{.lo = 0.0, .lo_excluded = true};
 inline constexpr Range not_negative{.lo = 0.0};
 
-/// Returns the unit in the name of a key, as written in text. Examples: "um/s^2" for `limit_um_per_s2`, "%"
-/// for `gain_percent`. Returns an empty string if the name has no unit. `key` may have a path before the
-/// name.
+/// Returns the unit in the name of a key, as written in text. Examples: "um/s^2" for `slew_um_per_s2`, "%"
+/// for `gain_error_percent`. Returns an empty string if the name has no unit. `key` may have a path before
+/// the name.
 std::string unit_of(std::string_view key);
 
 /// The description of a key, for the tables of docs/configuration/*.md and the comments of a model file.

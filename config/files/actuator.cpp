@@ -15,7 +15,7 @@ typename Model::State at_rest(const Model& model) {
     return model.virgin(model.input_range().lo);
 }
 
-/// Calls `work(model, state)` with matching types of model and state.
+/// Calls `work` with the model and the state in `state` that has the model's State type. Returns its result.
 template <class Any, class Work>
 auto with(const model::AnyModel& model, Any& state, Work work) {
   return std::visit(
@@ -137,9 +137,9 @@ Actuator Actuator::load(const std::filesystem::path& file, bool beyond_limit) {
 
 Actuator Actuator::quasi_static() const {
   Actuator hysteresis_only = *this;
-  hysteresis_only.model =
-      std::make_shared<const model::AnyModel>(*model);  // a new pointer: memories of the whole
-                                                        // actuator do not match this one
+  hysteresis_only.model = std::make_shared<const model::AnyModel>(
+      *model);  // a new pointer, so that a memory of the whole actuator
+                // is not used with this actuator
   hysteresis_only.lag = {.delay_s = lag.delay_s};
   return hysteresis_only;
 }

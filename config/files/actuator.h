@@ -1,5 +1,5 @@
-// An actuator as described by its model file: hysteresis of any kind, then creep, then dynamics. Also its
-// memory of the past inputs.
+// An actuator that a model file describes: its hysteresis model of any kind, followed by creep and dynamics.
+// Also the actuator's memory, which depends on the past inputs.
 #pragma once
 
 #include <cstddef>
@@ -21,44 +21,49 @@ namespace hystcan::config {
 
 using SharedModel = std::shared_ptr<const model::AnyModel>;
 
-/// The result of one pass over a file's rows.
+/// The result of ActuatorMemory::simulate() or ActuatorMemory::inverse() for a series of rows.
 struct Pass {
-  std::vector<double> inputs;  ///< inputs that give the wanted outputs; empty if the inputs were given
+  std::vector<double> inputs;  ///< result of inverse(): inputs for the requested outputs; else empty
   std::vector<double> outputs;
   model::Tally tally{};
 };
 
-/// The memory of the hysteresis, and of the creep after it. With creep, the rows need times, which must
-/// increase.
+/// The memory of an actuator: the state of its hysteresis, and of its creep if the model has creep. With
+/// creep, each row needs a time, and the times must increase.
 class ActuatorMemory {
  public:
-  static constexpr std::size_t capacity = 4096;  ///< maximum number of branches
+  static constexpr std::size_t capacity = 4096;  ///< maximum number of hysteresis branches in the memory
 
-  /// Starts on the initial ascending curve, at the lower threshold. The creep is settled at the first row.
+  /// Starts on the initial ascending curve, at the lower threshold of the input. The creep is assumed to have
+  /// settled before the first row.
   ActuatorMemory(SharedModel model, const std::optional<model::OutputCreep::Config>& creep);
-  /// Loads a memory file, which must contain creep if this memory has creep. Throws Error.
+  /// Loads a memory file. If the file has no creep, the creep is settled at the first row. Throws Error if
+  /// the file is invalid, belongs to another model, or has creep that this model does not have.
   void load(const std::filesystem::path& file);
-  /// Loads only the hysteresis; ignores any creep in the file.
+  /// Loads only the hysteresis from a memory file and ignores creep in the file. Throws Error.
   void load_hysteresis(const std::filesystem::path& file);
 
   const SharedModel& model() const { return model_; }
   bool creeps() const { return creep_.has_value(); }
   double input() const;
   double output() const;
-  std::optional<double> time_s() const;  ///< time of the last row, if there is creep
+  std::optional<double> time_s()
+      const;  ///< time of the last row; nullopt without creep or before the first row
   model::Interval reachable() const;
-  std::vector<double> turning_inputs() const;  ///< inputs at the turning points, oldest first; empty for
-                                               ///< play operators
-  std::uint64_t merged() const;                ///< number of steps in which a full memory merged branches
-  std::string text() const;                    ///< the memory as TOML, as written by `simulate --save-memory`
+  /// Returns the inputs at the stored turning points, oldest first; empty for a model of play operators.
+  std::vector<double> turning_inputs() const;
+  std::uint64_t merged() const;  ///< number of steps in which the memory was full and merged branches
+  std::string text() const;  ///< the content of a memory file (TOML), as `simulate --save-memory` writes it
 
-  /// `time_s`: one value for each input or output; only read if there is creep.
+  /// Computes the outputs for a series of inputs. `time_s` has the time of each input; it is only read if the
+  /// actuator has creep.
   Pass simulate(std::span<const double> inputs, std::span<const double> time_s);
-  /// `drive_sign`: sign of the inputs to find; -1 is only useful for an even model.
+  /// Computes the inputs that give the requested outputs. `time_s` is as for simulate(). `drive_sign` is the
+  /// sign of the computed inputs; -1 is only useful for a model with even symmetry.
   Pass inverse(std::span<const double> outputs, std::span<const double> time_s, double drive_sign);
 
  private:
-  double shown(double h) const;  // present output, creep included, if the hysteresis had the output h
+  double shown(double h) const;  // output of the actuator, creep included, for the hysteresis output h
 
   SharedModel model_;
   std::optional<model::HeldCreep> creep_;
@@ -66,11 +71,12 @@ class ActuatorMemory {
 };
 
 struct Actuator {
-  /// `beyond_limit`: also accepts a model in which some branches do not increase. Throws Error.
+  /// Loads a model file. With `beyond_limit`, also accepts a model in which some branches do not increase.
+  /// Throws Error if the file is invalid.
   static Actuator load(const std::filesystem::path& file, bool beyond_limit);
   static Actuator of(model::AnyModel model, std::string name, const identification::Lag& lag = {});
 
-  /// Returns only the hysteresis, with its delay.
+  /// Returns the actuator without creep and dynamics: its hysteresis and its delay.
   Actuator quasi_static() const;
   ActuatorMemory memory() const { return {model, lag.creep}; }
 
@@ -79,9 +85,9 @@ struct Actuator {
   bool is_even() const;
 
   SharedModel model;
-  std::string name;  ///< name in the file
+  std::string name;  ///< name of the model file
   std::string input_unit, output_unit;
-  identification::Lag lag{};  ///< delay, dynamics and creep identified with the model
+  identification::Lag lag{};  ///< delay, dynamics and creep from the model file
 };
 
 }  // namespace hystcan::config

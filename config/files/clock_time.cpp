@@ -11,8 +11,8 @@ namespace {
 
 constexpr double day_s = 86'400.0;
 
-/// Removes one or two digits and the following `end` from the text; nullopt if the text begins with anything
-/// else.
+/// Reads a number of one or two digits before the character `end`. Removes number and `end` from the text.
+/// Returns nullopt if the text does not begin with such a number.
 std::optional<double> leading(std::string_view& text, char end) {
   const std::size_t size = text.find(end);
   if (size == 0 || size > 2 || !std::all_of(text.data(), text.data() + size, is_digit)) return std::nullopt;
@@ -22,7 +22,7 @@ std::optional<double> leading(std::string_view& text, char end) {
   return value;
 }
 
-/// Returns true for a month as in 04-Mar-2026.
+/// Returns true for the short English name of a month in any case, as in 04-Mar-2026.
 bool names_a_month(std::string_view text) {
   constexpr std::string_view months = " jan feb mar apr may jun jul aug sep oct nov dec ";
   return months.find(" " + lower_case(text) + " ") != std::string_view::npos;

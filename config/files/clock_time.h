@@ -1,4 +1,5 @@
-// Times of day in a time column: 02:59:57.010, 2026-10-25T02:59:57.010Z, 25.10.2026 2:59:57,010 PM.
+// Reads times of day in a time column. Examples: 02:59:57.010, 2026-10-25T02:59:57.010Z,
+// 25.10.2026 2:59:57,010 PM.
 #pragma once
 
 #include <optional>
@@ -9,10 +10,11 @@ namespace hystcan::config {
 
 struct ClockTime {
   double s = 0.0;         ///< seconds since midnight
-  std::string_view date;  ///< as in the file; empty if none
+  std::string_view date;  ///< date as it is written in the file; empty if the time has no date
 };
 
-/// Returns nullopt if the text is not a time with hours, minutes and seconds.
+/// Parses a time of day, with or without a date. Returns nullopt if the text is not a time with hours,
+/// minutes and seconds.
 std::optional<ClockTime> clock_time(std::string_view text);
 /// Returns true for dates such as 2026-10-25, 25.10.2026, 10/25/26 and 25-Oct-2026.
 bool is_date(std::string_view text);
@@ -21,14 +23,14 @@ bool is_date(std::string_view text);
 /// earlier than the time before it belongs to the next day.
 class ClockColumn {
  public:
-  /// Converts a time. Returns nullopt if the text is not a time, if the date changes at another time
-  /// than midnight, or if the time goes back to the day before.
+  /// Converts the next time of the column. Returns nullopt if the text is not a time, if the date changes
+  /// without a midnight between the two times, or if the time goes back to the day before.
   std::optional<double> seconds(std::string_view text);
 
  private:
   std::optional<double> first_s_;
   double before_s_ = 0.0;
-  double midnight_s_ = 0.0;  ///< midnight of the present day
+  double midnight_s_ = 0.0;  ///< start of the present day, in seconds since the start of the first day
   std::string date_;
 };
 

@@ -15,7 +15,8 @@
 namespace hystcan::config {
 namespace {
 
-// Parses "# NAME = TEXT"; TEXT may be in quotes.
+// Returns TEXT of a line "# NAME = TEXT" with this name; empty if the line is different. TEXT may be in
+// quotes.
 std::string_view named_in_comment(std::string_view line, std::string_view name) {
   line = trimmed(line.substr(std::min(line.size(), line.find('#') + 1)));
   if (!line.starts_with(name)) return {};
@@ -30,7 +31,7 @@ std::unique_ptr<char[]> buffer_of_a_line() {
   return std::make_unique_for_overwrite<char[]>(longest_csv_line + 1);
 }
 
-/// Returns the end of the first field of the line.
+/// Returns the position of the separator after the first field of the line; npos if no separator follows.
 std::size_t end_of_field(std::string_view line, char separator) {
   bool quoted = false;
   for (std::size_t i = 0; i < line.size(); ++i) {
@@ -40,8 +41,8 @@ std::size_t end_of_field(std::string_view line, char separator) {
   return quoted ? line.find(separator) : std::string_view::npos;  // an unmatched quote counts as a letter
 }
 
-/// Reads a setpoint file. A running controller also reads it, so it must be a regular file, not a pipe. Adds
-/// the line end of the last row if it is missing.
+/// Reads a setpoint file. The file must be a regular file and not a pipe, because a running controller reads
+/// it again. Adds a line end to the last row if it is missing.
 std::string text_of_setpoint(const std::filesystem::path& file) {
   constexpr std::size_t largest = std::size_t{64} << 20U;  // 64 MiB
   std::string text = read_regular_file(file, largest, a_csv_file);
@@ -65,8 +66,8 @@ void split_fields(std::string_view line, char separator, std::vector<std::string
   while (true) {
     const auto end = plain ? line.find(separator) : end_of_field(line, separator);
     const std::string_view field = trimmed(line.substr(0, end));
-    fields.emplace_back(field.data(), field.size());  // copying the view would stall until both halves are
-                                                      // stored
+    fields.emplace_back(field.data(), field.size());  // faster than a copy of `field`, which waits for the
+                                                      // stores of its two members
     if (end == std::string_view::npos) return;
     line.remove_prefix(end + 1);
     if (separator == ' ') line = trimmed(line);
@@ -164,7 +165,7 @@ bool CsvLines::read_line() {
   ends_in_mid_line_ = stream_->eof();
   ++line_number_;
   bytes_read_ += size;
-  if (!stream_->eof() && !stream_->fail()) --size;  // the line end is counted, too
+  if (!stream_->eof() && !stream_->fail()) --size;  // gcount() also counts the line end
   line_ = {buffer_.get(), size};
   if (line_number_ == 1)
     if (const std::string_view other = refusal_of_encoding(line_); !other.empty()) fail(std::string(other));
@@ -231,7 +232,7 @@ void CsvReader::require_distinct_columns() const {
       lines_.fail(name, fmt::format("column {} occurs twice, expected each name once", shortened(name)));
 }
 
-/// Returns the index of the column in the header; the header's size if the column is missing.
+/// Returns the index of the column in header_; the size of header_ if the column is missing.
 std::size_t CsvReader::look_up(const std::string& column) const {
   return static_cast<std::size_t>(std::ranges::find(header_, column) - header_.begin());
 }

@@ -1,6 +1,7 @@
-// Reads measured or commanded signals from CSV, row by row in constant memory. The file has a header row and
-// commas; `#` lines are ignored. If the header has semicolons or tabs and no comma, these separate the
-// fields, and a decimal comma is accepted. The number of rows is not limited.
+// Reads measured or commanded signals from a CSV file, row by row in constant memory. The file has a header
+// row. Commas separate the fields; lines that begin with `#` are comments. If the header has no comma, but
+// semicolons or tabs, then the semicolons or tabs separate the fields, and a decimal comma is accepted. The
+// number of rows is not limited.
 #pragma once
 
 #include <cstdint>
@@ -21,72 +22,76 @@ class MonotoneCubic;
 namespace hystcan::config {
 
 inline constexpr std::size_t most_columns = 4096;
-inline constexpr std::size_t longest_csv_line = 1'048'576;  ///< bytes
-/// Number of lines before the header that comment() searches.
+inline constexpr std::size_t longest_csv_line = 1'048'576;  ///< maximum length of a line, bytes
+/// Maximum number of comment lines before the header that are stored for comment(); further lines are
+/// ignored.
 inline constexpr std::size_t most_comments = 1000;
-inline constexpr std::size_t longest_comment = 1024;  ///< bytes
+inline constexpr std::size_t longest_comment = 1024;  ///< maximum length of a stored comment line, bytes
 
-/// The expected content in the errors of open_input().
+/// The words for the expected content in the errors of open_input().
 inline constexpr const char* a_csv_file = "a CSV file";
 
-/// Removes blanks and tabs at both ends.
+/// Returns the text without blanks and tabs at both ends.
 std::string_view trimmed(std::string_view text);
 
-/// Splits a line into trimmed fields. A separator between double quotes does not separate. The separator
-/// `' '` stands for any number of blanks and tabs.
+/// Splits a line into fields, without blanks and tabs at their ends. A separator within double quotes is part
+/// of the field. The separator `' '` stands for any number of blanks and tabs.
 void split_fields(std::string_view line, char separator, std::vector<std::string_view>& fields);
 
-/// Removes enclosing double quotes, and the blanks inside them.
+/// Returns the text without enclosing double quotes, and without blanks directly inside the quotes.
 std::string_view unquoted(std::string_view text);
 
-/// Parses a number, including nan and inf, with or without quotes. nullopt if the text is not exactly one
-/// number.
+/// Parses a number, including nan and inf, with or without quotes. Returns nullopt if the text is not exactly
+/// one number.
 std::optional<double> csv_number(std::string_view text, bool decimal_comma);
 
-/// Replaces each control character, which could end the line or control the terminal, by a space.
+/// Returns the text with each control character replaced by a space. A control character could end the line
+/// or change the terminal.
 std::string in_one_line(std::string_view text);
-/// Returns the text in one line as a CSV field (RFC 4180): quoted if necessary, with its own quotes doubled.
+/// Returns the text as a CSV field in one line (RFC 4180): in quotes if it has a comma or a quote, with each
+/// of its quotes doubled.
 std::string csv_field(std::string_view text);
 /// Returns TEXT of the first comment `# NAME = TEXT`, without quotes; empty if there is none.
 std::string comment_in(const std::vector<std::string>& comments, std::string_view name);
 
-/// Returns the beginning of a long text, for a message.
+/// Returns the text for a message; of a long text only the beginning.
 std::string shortened(std::string_view text);
-/// Returns the first of many names, for a message.
+/// Returns the names as a list for a message; of many names only the first ones and the number of the others.
 std::string listed(const std::vector<std::string>& names);
 
-/// Returns the notes about a last row without a line end, and about zeros after it.
+/// Returns the notes about an ignored end of a file: the last row if it has no line end (`is_cut`), and the
+/// number of zero bytes at the end.
 std::vector<std::string> notes_of_end(bool is_cut, std::size_t zeros);
 
-/// Reads lines, without their line ends (also Windows') and without Excel's byte order mark. Skips empty
-/// lines and comments (lines that begin with #).
+/// Reads a text file line by line. Removes line ends (of Linux and Windows) and the byte order mark that
+/// Excel writes. Skips empty lines and comments (lines that begin with #).
 class CsvLines {
  public:
-  /// The file may be a pipe (base/input_file.h). Throws Error if it can't be read.
+  /// Opens the file, which may be a pipe (base/input_file.h). Throws Error if it can't be opened.
   CsvLines(std::filesystem::path file);
-  /// Reads a text instead; `file` is only its name in messages.
+  /// Reads the lines from `text`. `file` is only the name in messages.
   CsvLines(std::filesystem::path file, std::string text);
 
-  /// Reads the next line. Returns false at the end of the file. Omits a last line without a line end (a crash
-  /// may have cut it), unless it is the only line. Throws Error if a line is longer than longest_csv_line.
+  /// Reads the next line. Returns false at the end of the file. Omits a last line without a line end, which a
+  /// crash may have cut, unless it is the only line. Throws Error if a line is longer than longest_csv_line.
   bool next();
-  /// The present line; valid until next().
+  /// Returns the present line; the view is valid until the next call of next().
   std::string_view text() const { return line_; }
   std::size_t number() const { return line_number_; }
   const std::filesystem::path& file() const { return file_; }
 
-  /// Stops storing comments.
+  /// Tells next() to store no further comments.
   void end_comments() { keeps_comments_ = false; }
   /// Returns TEXT of a stored comment `# NAME = TEXT`; empty if there is none.
   std::string comment(std::string_view name) const;
 
-  /// Returns one sentence for each thing that next() omitted.
+  /// Returns a sentence for each omission at the end of the file: a cut last line, zero bytes.
   std::vector<std::string> notes() const { return notes_of_end(is_cut_, zeros_); }
   std::uint64_t bytes_read() const { return bytes_read_; }
 
-  /// Throws Error with the place; `at` points into the present line.
+  /// Throws Error with file, line and column. The column is the position of `at`, a part of the present line.
   [[noreturn]] void fail(std::string_view at, const std::string& what) const;
-  /// Throws Error at the beginning of the line.
+  /// Throws Error with file and line; the column is the beginning of the present line.
   [[noreturn]] void fail(const std::string& what) const { fail(line_, what); }
 
  private:
@@ -96,7 +101,7 @@ class CsvLines {
   std::unique_ptr<std::istream> stream_;
   std::vector<std::string> comments_;
   bool keeps_comments_ = true;
-  std::unique_ptr<char[]> buffer_;  ///< sized for the longest line; the system allocates only the used pages
+  std::unique_ptr<char[]> buffer_;  ///< has room for the longest line; only its used pages need memory
   std::string_view line_;
   std::size_t line_number_ = 0;
   bool has_content_ = false, ends_in_mid_line_ = false, is_cut_ = false;
@@ -104,29 +109,32 @@ class CsvLines {
   std::uint64_t bytes_read_ = 0;
 };
 
-/// Throws Error at the present line if it does not have the header's number of fields.
+/// Throws Error if the present line does not have `expected` fields, the number of fields in the header.
 void require_width(const CsvLines& lines, std::size_t fields, std::size_t expected, char separator);
-/// Parses a field of the present line. Throws Error at the field if it is empty or not a finite number.
+/// Parses a field of the present line. Throws Error with the place of the field if it is empty or not a
+/// finite number.
 double finite_number(const CsvLines& lines, std::string_view field, const std::string& name, char separator);
 
-/// Reads the requested columns in the requested order and ignores all others. Accepts Windows line ends.
+/// Reads the requested columns of a CSV file, in the requested order. Ignores all other columns. Accepts the
+/// line ends of Windows.
 class CsvReader {
  public:
-  /// Throws Error if a column is missing or a column name occurs twice.
+  /// Reads the header. Throws Error if one of `columns` is missing or a column name occurs twice.
   CsvReader(CsvLines lines, std::vector<std::string> columns);
 
-  /// Requests one more column if the file has it. Returns true if the file has it.
+  /// Adds a column to the columns that next() reads, if the file has this column. Returns true if the file
+  /// has it.
   bool add_if_present(const std::string& column);
 
-  /// Returns false at the end of the file, and at a last row without a line end, which is omitted. Throws
-  /// Error at an empty field, at a row of the wrong length, at a value that is not a finite number, and
-  /// if the file exceeds a limit of this header.
+  /// Reads the values of the requested columns in the next row. Returns false at the end of the file, and at
+  /// a last row without a line end, which is ignored. Throws Error if a requested field is empty or not a
+  /// finite number, if the row has a wrong number of fields, or if the line is too long.
   bool next(std::vector<double>& row);
 
   /// Returns TEXT of a line `# NAME = TEXT` before the header; empty if there is none.
   std::string comment(std::string_view name) const { return lines_.comment(name); }
 
-  /// Returns one sentence for each thing that was omitted at the end.
+  /// Returns a sentence for each omission at the end of the file: a cut last row, zero bytes.
   std::vector<std::string> notes() const { return lines_.notes(); }
   std::uint64_t bytes_read() const { return lines_.bytes_read(); }
   std::size_t line_number() const { return lines_.number(); }
@@ -137,15 +145,15 @@ class CsvReader {
 
   CsvLines lines_;
   std::vector<std::string> wanted_;
-  std::vector<std::size_t> where_;  ///< index in the file of each wanted column
+  std::vector<std::size_t> where_;  ///< for each name in wanted_, the index of its column in the file
   std::vector<std::string> header_;
   char separator_ = ',';
   std::vector<std::string_view> fields_;
 };
 
-/// Reads a reference from the columns time_s and position_um. A reference is a command: no row may be
-/// omitted. Throws Error with the line if the file can't be read, has fewer than two rows or an incomplete
-/// last row, or if time does not increase.
+/// Reads a reference from the columns time_s and position_um of a CSV file. No row is ignored, because a
+/// reference is a command. Throws Error with the line if the file can't be read, if it has fewer than two
+/// rows, if a row is incomplete, or if the time does not increase.
 controller::MonotoneCubic load_setpoint(const std::filesystem::path& file);
 
 }  // namespace hystcan::config

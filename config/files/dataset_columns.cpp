@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> usual_names{"time_s", "input", "output"};
 
-/// Returns how likely the column has this meaning; 0: it does not.
+/// Returns points for how likely the column has this meaning, by its name and its unit; 0: not at all.
 int likeness(const CsvColumn& column, ColumnMeaning meaning) {
   int points = name_likeness(lower_case(column.name), meaning);
   const UnitWord* unit = find_unit(column.unit);
@@ -25,7 +25,7 @@ int likeness(const CsvColumn& column, ColumnMeaning meaning) {
   return std::max(points, 0);
 }
 
-/// Returns the title followed by its unit, unless the title contains the unit.
+/// Returns the title followed by the unit, "drive [V]". Returns only the title if it contains the unit.
 std::string title_with_unit(const CsvColumn& column) {
   const bool is_part = column.title.find(column.unit) != std::string::npos;
   return is_part ? column.title : fmt::format("{} [{}]", column.title, column.unit);
@@ -125,7 +125,8 @@ class ColumnSelector {
   // Selects the user's columns: TIME,INPUT,OUTPUT or TIME,INPUT,TIME,OUTPUT; with --rate: INPUT,OUTPUT.
   void by_user() {
     std::vector<std::string> named = named_columns();
-    const std::size_t first = named.size() == 2 && layout_.rate_Hz ? 1 : 0;  // without time
+    const std::size_t first =
+        named.size() == 2 && layout_.rate_Hz ? 1 : 0;  // 1: the user names no time column
     if (named.size() + first != 3 && named.size() != 4)
       throw Error("--columns is " + layout_.columns,
                   expect("three names, of time, input and output{}",
@@ -152,8 +153,8 @@ class ColumnSelector {
     return named;
   }
 
-  /// Returns the index of the named column. A number is always a position, even if another column has that
-  /// name.
+  /// Returns the index of the column with this name, or with this number from 1. A number is always the
+  /// position of a column, even if another column has this number as its name.
   std::size_t named_column(const std::string& name) const {
     std::size_t number = 0;
     const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), number);
@@ -208,7 +209,7 @@ class ColumnSelector {
     return std::ranges::adjacent_find(sorted) != sorted.end();
   }
 
-  /// The index of the likeliest column, and whether no other column is equally likely.
+  /// The index of the likeliest column; and true if no other column is equally likely.
   using Likeliest = std::pair<std::optional<std::size_t>, bool>;
 
   Likeliest likeliest(ColumnMeaning meaning) const {
@@ -225,8 +226,9 @@ class ColumnSelector {
     return {column, is_alone};
   }
 
-  /// Returns the time columns. If each channel has its own time column before it, both with the same title,
-  /// the second result is the output's.
+  /// Returns the time column of the input and the time column of the output. The second one is nullopt if
+  /// input and output share the time. They have separate times if each has a time column before it with the
+  /// same title.
   std::pair<Likeliest, std::optional<std::size_t>> times_of(const Likeliest& input,
                                                             const Likeliest& output) const {
     const Likeliest time = likeliest(ColumnMeaning::time);
@@ -242,8 +244,8 @@ class ColumnSelector {
     return {{first, true}, second};
   }
 
-  /// Throws if the unit of time is unknown: a wrong guess would be wrong by a factor of a thousand, and every
-  /// result would look plausible.
+  /// Throws Error if the unit of the time is unknown. A guess could be wrong by a factor of a thousand, and
+  /// the results would still look plausible.
   void require_known_time() const {
     if (!choice_.has_time) return;
     const CsvColumn& time = columns()[choice_.selected[0]];

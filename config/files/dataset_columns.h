@@ -1,4 +1,4 @@
-// Decides which columns of a record are time, input and output, and their units.
+// Decides which columns of a measured record are time, input and output, and which units they have.
 #pragma once
 
 #include <array>
@@ -14,34 +14,36 @@
 namespace hystcan::config {
 
 struct DatasetColumns {
-  /// Indices of time, input and output; without time if a rate is given and no column is a time. If the
-  /// output has a time column of its own, its index is last.
+  /// Indices of the columns of time, input and output. Without the time if a sampling rate is given and no
+  /// column is a time. If the output has a time column of its own, the index of that column is last.
   std::vector<std::size_t> selected{};
   bool has_time = false, has_output_time = false;
-  std::array<std::string, 3> titles{};  ///< time, input, output
-  double seconds = 1.0;                 ///< duration of one unit of time, or of one sample if a rate is given
-  std::optional<double> time_unit_s{};  ///< unit of the time column, if it has one
+  std::array<std::string, 3> titles{};  ///< titles of the columns time, input, output
+  double seconds = 1.0;                 ///< duration of one unit of time; of one sample if a rate is given
+  std::optional<double> time_unit_s{};  ///< unit of the time column in seconds; nullopt: it has no unit
   double input_scale = 1.0, output_scale = 1.0;
-  std::string input_unit{}, output_unit{};  ///< empty if unknown
-  bool by_likeness = false;                 ///< selected by similar names and units; else by the names
-                                            ///< time_s, input, output, or by the user
+  std::string input_unit{}, output_unit{};  ///< units of input and output; empty: unknown
+  /// True if names and units that are only similar selected the columns. False if the user selected them, or
+  /// if they have the names time_s, input and output.
+  bool by_likeness = false;
 };
 
-/// Throws Error at the header if a column is missing or two columns are equally likely, if a time unit is not
-/// known, or if the input is a position.
+/// Decides the columns of time, input and output. Throws Error with the place of the header if a column is
+/// missing, if two columns are equally likely, if the unit of the time is unknown, or if the input is a
+/// position.
 DatasetColumns dataset_columns(const LabCsvReader& reader, const DatasetLayout& layout);
 
-/// Decides the columns of a file with one channel, the input or the output; its values are used as both input
-/// and output. Of two columns, the first is the time. --columns is TIME,VALUE, followed by a second pair for
-/// the output's file.
+/// Decides the columns of a file that has one channel, the input or the output. The result names this channel
+/// as both input and output. If the file has two columns, the first is the time. The option --columns is
+/// TIME,VALUE, and a second pair may follow for the file of the output.
 DatasetColumns channel_columns(const LabCsvReader& reader, const DatasetLayout& layout,
                                ColumnMeaning channel);
 
-/// Returns "time from t in ms, input from V, ..." for columns that were selected by similarity; else an empty
-/// text.
+/// Returns a text such as "time from t in ms, input from V, ..." that tells the user which columns were
+/// selected by similar names. Returns an empty text if the columns were not selected by similarity.
 std::string taken_by_likeness(const LabCsvReader& reader, const DatasetColumns& columns);
 
-/// Returns the column numbers of input and output for --columns: "2,3".
+/// Returns the numbers of the columns of input and output as a value for the option --columns: "2,3".
 std::string columns_without_time(const DatasetColumns& columns);
 
 }  // namespace hystcan::config

@@ -15,7 +15,8 @@
 namespace hystcan::config {
 namespace {
 
-/// Returns the base unit and its multiple, from a comment if there is one, else from the header.
+/// Returns the base unit of a column, and the factor that converts the column's values to it. The unit in the
+/// comment `# NAME = ...` has priority over the unit in the header.
 std::pair<std::string, double> unit_of(const LabCsvReader& reader, const char* name,
                                        const std::string& in_header, double header_scale) {
   const std::string in_comment = reader.comment(name);
@@ -25,8 +26,9 @@ std::pair<std::string, double> unit_of(const LabCsvReader& reader, const char* n
   return {std::string(unit->base), unit->factor};
 }
 
-/// Clock counts since 1970, for the years 2008 to 2036. A clock that counts another unit from its own start
-/// does not reach such values with such small steps within three weeks.
+/// A unit in which a clock may count since 1970, with the counts of the years 2008 to 2036. In a column
+/// without a unit, counts from `first` to `last` with steps up to `longest_step` are times since 1970. A
+/// clock that counts another unit from its own start does not reach such counts within three weeks.
 struct Epoch {
   double first, last, longest_step, unit_s;
   const char* name;
@@ -35,7 +37,8 @@ constexpr std::array<Epoch, 3> epochs{{{1.2e12, 2.1e12, 1e3, 1e-3, "milliseconds
                                        {1.2e15, 2.1e15, 1e6, 1e-6, "microseconds"},
                                        {1.2e18, 2.1e18, 1e9, 1e-9, "nanoseconds"}}};
 
-/// Returns true if the times agree with the rate at the start or on average (times may be rounded).
+/// Returns true if the first step of the times, or their mean step, agrees with the rate within 1 %. The
+/// times in the file may be rounded.
 bool agrees_with_rate(const std::vector<double>& time_s, double rate_Hz) {
   constexpr double tolerance = 0.01;
   const double mean_s = (time_s.back() - time_s.front()) / static_cast<double>(time_s.size() - 1);
@@ -43,13 +46,14 @@ bool agrees_with_rate(const std::vector<double>& time_s, double rate_Hz) {
          std::abs(mean_s * rate_Hz - 1.0) < tolerance;
 }
 
-/// Returns true if two channels were read at the same time: closer than a thousandth of the preceding step.
+/// Returns true if the times of two channels count as equal: they differ by at most a thousandth of `step_s`,
+/// the time since the preceding row.
 bool is_one_time(double one_s, double other_s, double step_s) {
   constexpr double same = 1e-3;
   return std::abs(other_s - one_s) <= same * step_s;
 }
 
-/// Reads the rows of one file.
+/// Reads the rows of one file into a dataset and converts times and units.
 class RowLoader {
  public:
   RowLoader(LabCsvReader& reader, const DatasetColumns& columns, const DatasetLayout& layout,
@@ -110,7 +114,8 @@ class RowLoader {
     output_scale_ *= *layout_.output_scale;
   }
 
-  /// Notes unknown units in the head, and the meaning of a scale if the output is not in V.
+  /// Adds a note for each unknown unit, and a note about the meaning of --output-scale if the unit of the
+  /// output is unknown.
   void note_units() {
     const std::size_t first = columns_.has_time ? 1 : 0;
     for (const std::size_t i : {first, first + 1}) {
@@ -128,7 +133,7 @@ class RowLoader {
     }
   }
 
-  /// Determines the time scale from the first two rows.
+  /// Determines the duration of one unit of the time column from the first two rows.
   void settle_time() {
     std::vector<double> row, times;
     while (times.size() < 2 && reader_.read(row))
@@ -166,8 +171,9 @@ class RowLoader {
     loaded_.notes.push_back(fmt::format("{} has no unit, s assumed", columns_.titles[0]));
   }
 
-  /// Returns the duration of one unit of the time column if a rate is given: the column is the sample number,
-  /// or it agrees with the rate.
+  /// Returns the duration of one unit of the time column, in s, if a sampling rate is given. The column is
+  /// the sample number, or its step agrees with the rate; otherwise throws Error. `step` is the first step of
+  /// the column.
   double seconds_beside_rate(double step) {
     const double unit_s = columns_.time_unit_s.value_or(1.0);
     constexpr double same = 1e-6;
@@ -179,8 +185,8 @@ class RowLoader {
           return other_s;
         }
     if (!columns_.time_unit_s && step == std::round(step) && step > 0.0) return 1.0 / rate_Hz_;
-    constexpr double rounded = 0.2;  // accepts rounded times: 0.0003 s at 3 kHz; agrees_with_rate() checks
-                                     // all rows
+    constexpr double rounded = 0.2;  // tolerance for rounded times (0.0003 s at 3 kHz); agrees_with_rate()
+                                     // checks all rows later
     if (std::abs(unit_s * step * rate_Hz_ - 1.0) < rounded) return unit_s;
     fail(fmt::format("{} increases by {} s, expected {} s at {}, or a count of samples; {}",
                      columns_.titles[0], unit_s * step, 1.0 / rate_Hz_, origin_of_rate_, without_time()));
@@ -263,8 +269,8 @@ class RowLoader {
   const DatasetLayout& layout_;
   std::size_t most_rows_;
   double seconds_;
-  double origin_ = 0.0;   ///< first value of the time column if it counts from 1970
-  double rate_Hz_ = 0.0;  ///< 0: no rate is given
+  double origin_ = 0.0;   ///< first value of the time column if the column counts from 1970; else 0
+  double rate_Hz_ = 0.0;  ///< sampling rate from the user or the file; 0: unknown
   std::string origin_of_rate_;
   double input_scale_ = 1.0, output_scale_ = 1.0;
   DatasetFile loaded_;
@@ -277,7 +283,7 @@ DatasetFile load_channel(const std::filesystem::path& file, const DatasetLayout&
   return RowLoader(reader, columns, layout, most_rows).load();
 }
 
-/// Loads two files that an instrument wrote for one measurement.
+/// Loads a measurement that is stored in two files: `file` has the input, layout.output_from has the output.
 DatasetFile load_two_files(const std::filesystem::path& file, const DatasetLayout& layout,
                            std::size_t most_rows) {
   DatasetFile loaded = load_channel(file, layout, most_rows, ColumnMeaning::input);

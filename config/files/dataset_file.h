@@ -13,35 +13,37 @@
 
 namespace hystcan::config {
 
-/// The user's options for the file.
+/// The user's options for reading a dataset file.
 struct DatasetLayout {
-  /// "t,V,x": names or numbers of time, input and output; "t1,V,t2,x": two times. Empty: by similar names.
+  /// Columns that the user selects, by name or number: "t,V,x" for time, input and output; "t1,V,t2,x" if the
+  /// output has a time of its own. Empty: the reader selects the columns by similar names.
   std::string columns{};
-  /// Sampling rate. Set if the file has no time, or if its time is the sample number.
+  /// Sampling rate that the user gives if the file has no time, or if the time is the sample number.
   std::optional<double> rate_Hz{};
-  std::optional<double> output_scale{};    ///< um per unit of the output: per 1 V, even if the file is in mV
-  std::filesystem::path output_from{};     ///< file of the output; empty: same file as the input
-  std::optional<double> from_s{}, to_s{};  ///< rows before and after are ignored
-  bool has_interval_options = false;       ///< the command has --from and --to: a message may suggest them
+  std::optional<double> output_scale{};    ///< um per unit of the output; per 1 V, even if the file has mV
+  std::filesystem::path output_from{};     ///< file with the output; empty: the output is in the same file
+  std::optional<double> from_s{}, to_s{};  ///< rows before from_s and after to_s are ignored
+  bool has_interval_options = false;       ///< true: the command has --from and --to; messages may name them
 };
 
-/// Maximum rows of a dataset. It is stored in memory with 24 bytes per row, plus its text while it is read.
+/// Maximum number of rows in a dataset. A dataset needs 24 bytes of memory per row, and memory for the text
+/// of the file while it is read.
 inline constexpr std::size_t most_dataset_rows = 50'000'000;
 
 struct DatasetFile {
-  identification::Dataset dataset;  ///< in s, V or A, converted from their multiples
-  std::string taken;                ///< columns selected by similarity: "time from t [ms], ..."; empty: none
-  std::vector<std::string> notes;   ///< assumptions and omissions
+  identification::Dataset dataset;  ///< values converted to base units: ms to s, mV to V, mA to A
+  std::string taken;                ///< choices to tell the user, such as "time from t in ms"; may be empty
+  std::vector<std::string> notes;   ///< a sentence for each assumption and each ignored part of the file
 };
 
-/// Selects the columns time_s, input and output, or the columns given by `layout` or the header (lab_csv.h).
-/// The sampling rate is from `layout`, else from the lines above the rows, and applies if the file has no
-/// time or only the sample number; if the file has times, the rate must agree with them. The lines
-/// `# input_unit = ...` and `# output_unit = ...` give the units, if present. Times of day and milliseconds
-/// since 1970 count from the first row. Reading begins at the first row at or after `from_s` and ends at the
-/// first row beyond `to_s`.
-/// Throws Error if the file can't be read or has more than `most_rows` rows, if a row is invalid (with its
-/// place), if time does not increase, or if a value exceeds the limits of identification/dataset.h.
+/// Loads a dataset. Selects the columns that `layout` names; else the columns time_s, input and output; else
+/// the columns with similar names. The sampling rate is from `layout`, else from the lines above the rows. It
+/// is used if the file has no time or only the sample number. If the file has times, they must agree with the
+/// rate. The lines `# input_unit = ...` and `# output_unit = ...` give the units, if present. Times of day,
+/// and times since 1970 in ms, us or ns, are converted to times since the first row. Reading begins at the
+/// first row at or after `from_s` and ends at the first row after `to_s`. Throws Error if the file can't be
+/// read or has more than `most_rows` rows, if a row is invalid, if the time does not increase, or if a value
+/// exceeds the limit of identification/dataset.h.
 DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& layout = {},
                          std::size_t most_rows = most_dataset_rows);
 

@@ -13,8 +13,9 @@
 namespace hystcan::config {
 namespace {
 
-/// A block below a blank line with at most this number of rows is a summary if the block above it has ten
-/// times as many.
+/// Maximum number of rows in a summary, such as sums or means, below the record. A block of rows below a
+/// blank line is a summary if it has at most this number of rows and the block above has more than ten times
+/// as many.
 constexpr std::size_t longest_small_block = 9;
 
 bool may_begin_a_decimal(std::string_view digits) {
@@ -35,7 +36,7 @@ LabCsvReader::LabCsvReader(std::filesystem::path file, std::size_t most_rows)
   line_ = first_;
 }
 
-/// Uses the first line as the shape of a text without rows. Returns that line.
+/// For a record without rows: determines the columns from the first line with content, and returns this line.
 TextLine LabCsvReader::shape_of_names() {
   TextLine line;
   if (!text_.next_content(line)) text_.fail(line, {}, "no header row, expected column names");
@@ -53,7 +54,8 @@ void LabCsvReader::read_head_above() {
   head_ = read_head(head, shape_, settings_beside());
 }
 
-/// Returns the first rows with settings to their left, as some instruments write them.
+/// Returns the rows that have an instrument setting to the left of their numbers, as some instruments write.
+/// Only the first 100 rows are examined.
 std::vector<TextLine> LabCsvReader::settings_beside() {
   constexpr std::size_t examined_lines = 100;
   std::vector<TextLine> beside;
@@ -85,10 +87,10 @@ void LabCsvReader::find_foot() {
   }
 }
 
-/// Omits sums or means that some programs write below the rows.
+/// Ends the rows before a summary, such as sums or means, that some programs write below the rows.
 void LabCsvReader::leave_out_small_block() {
   const std::string_view all = text_.text();
-  std::size_t below = 0, above = 0, blank = 0;  // blank: position of the blank line
+  std::size_t below = 0, above = 0, blank = 0;  // rows below and above the blank line, and its position
   for (std::size_t end = end_; end > first_.next && above <= 10 * below;) {
     const std::size_t before = all.substr(0, end - 1).rfind('\n');
     end = before == std::string_view::npos ? 0 : before + 1;
@@ -130,7 +132,8 @@ void LabCsvReader::find_signs() {
   signs_ = survey.found();
 }
 
-/// Refuses rows such as 0,0100,2,25: if commas separate, a decimal comma splits a number into two fields.
+/// Throws Error if decimal commas seem to split numbers into two fields, because commas also separate the
+/// fields. Example: the row 0,0100,2,25 has the two numbers 0.0100 and 2.25.
 void LabCsvReader::refuse_split_decimals() const {
   constexpr std::size_t examined_lines = 100;
   std::vector<std::string_view> fields;

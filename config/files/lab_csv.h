@@ -1,12 +1,13 @@
-// Reads records as laboratories and their instruments write them: CSV, or columns separated by blanks.
+// Reads measured records in the formats that laboratory instruments write: CSV, or columns separated by
+// blanks. A record has three sections:
 //
 //   head   all lines above the rows: instrument settings, names, units (record_head.h)
 //   rows   lines with the most frequent shape (row_shape.h), from the first such line on
 //   foot   lines of text below the last row
 //
-// The separator (semicolon, tab, comma, bar, blanks), the decimal sign and the thousands sign are determined
-// once for the whole file. Each row is checked only when it is read: a caller can ignore damage in columns
-// and rows that it does not use.
+// The separator (semicolon, tab, comma, vertical bar or blanks), the decimal sign and the thousands sign are
+// determined once for the whole file. A row is checked only when it is read, and only in the selected
+// columns. So a caller can read a record with damage in other rows or columns.
 #pragma once
 
 #include <cstddef>
@@ -29,36 +30,38 @@ class LabCsvReader {
  public:
   static constexpr std::size_t most_head_lines = 100'000;
 
-  /// Throws Error if the file can't be read, or if its numbers have contradictory decimal or thousands signs.
+  /// Reads the whole file and its head. Throws Error if the file can't be read, or if its numbers have
+  /// contradictory decimal or thousands signs.
   explicit LabCsvReader(std::filesystem::path file,
                         std::size_t most_rows = std::numeric_limits<std::size_t>::max() - most_head_lines);
 
   const std::filesystem::path& file() const { return text_.file(); }
   const std::vector<CsvColumn>& columns() const { return head_.columns; }
-  /// Returns the columns with numbers in most rows.
+  /// Returns the indices of the columns that contain numbers in most rows.
   std::vector<std::size_t> value_columns() const;
   bool has_header() const { return head_.has_names; }
-  /// Selects the columns for read(), as indices of columns(). With `first_is_time`, the first column may have
-  /// times of day, which become seconds since the first row.
+  /// Selects the columns for read(). `columns` are indices in columns(). With `first_is_time`, the first
+  /// selected column may contain times of day; read() converts them to seconds since the first row.
   void select(std::vector<std::size_t> columns, bool first_is_time = false);
   bool has_clock() const { return has_clock_; }
 
-  /// Returns to the first row.
+  /// Makes the next call of read() return the first row.
   void rewind();
-  /// Returns false at the end of the file, and at a last line without a line end, which may be incomplete. A
-  /// number that can't be read is NaN and sets is_damaged().
+  /// Reads the selected columns of the next row. Returns false at the end of the rows, and at a last line
+  /// without a line end, which may be incomplete. A field that is not a valid number becomes NaN, and
+  /// is_damaged() is then true.
   bool read(std::vector<double>& row);
   bool is_damaged() const { return damage_.has_value(); }
   Error damage_error() const { return {text_.place(line_, damage_->at), damage_->what}; }
 
-  /// The rate in the head; nullopt if there are two different rates.
+  /// Returns the sampling rate in the head; nullopt if the head has no rate or two different rates.
   const std::optional<StatedRate>& rate() const { return head_.rate; }
-  /// Returns TEXT of a line `# NAME = TEXT` in the head.
+  /// Returns TEXT of a line `# NAME = TEXT` in the head; empty if the head has no such line.
   std::string comment(std::string_view name) const;
-  /// Returns one sentence for each assumption and omission.
+  /// Returns a sentence for each assumption about the file and for each ignored part of the file.
   std::vector<std::string> notes() const;
   std::size_t line_number() const { return line_.number; }
-  /// Throws an error about the header, with its place.
+  /// Throws Error with the message `what` and the place of the line with the column names.
   [[noreturn]] void fail_at_header(const std::string& what) const;
 
  private:
@@ -83,7 +86,7 @@ class LabCsvReader {
   std::vector<std::size_t> selected_;
   std::vector<std::string_view> fields_;
   TextLine first_;       ///< the line before the first row
-  std::size_t end_ = 0;  ///< end of the rows in the text
+  std::size_t end_ = 0;  ///< position in the text after the last row
   TextLine line_;        ///< the present line
   std::optional<Damage> damage_;
   bool has_clock_ = false;

@@ -16,7 +16,7 @@ constexpr std::array<std::string_view, 4> memory_kinds{
     model::Hysteresis::kind(), model::LinearMapping::kind(), model::PrandtlIshlinskii::kind(),
     model::Preisach::kind()};
 
-/// The content of a memory file.
+/// The content of a memory file. The first members are the keys of [memory].
 struct MemoryFile {
   std::string kind;
   std::string model;
@@ -29,9 +29,10 @@ struct MemoryFile {
   std::vector<double> plays;
   std::vector<double> creep;
   double time_s = 0.0;
-  // Outside [memory], in a file that a controller saved:
-  std::vector<std::vector<double>> learnt{};  ///< [[learning]]: correction_um of each segment
-  std::optional<std::string> stop{};          ///< [stop]: the reason
+  // The members below are from other tables, which only a file saved by a controller has.
+  std::vector<std::vector<double>>
+      learnt{};                       ///< key correction_um of each table [[learning]], one per segment
+  std::optional<std::string> stop{};  ///< key `reason` of the table [stop]
 };
 
 template <class V>
@@ -59,7 +60,7 @@ MemoryFile read(const Document& document) {
   reader.table("memory", raw, plain);
   reader.optional_table("stop", raw.stop,
                         [](Reader& sub, std::string& reason) { sub.required("reason", reason); });
-  // Earlier controllers wrote a learnt gain and offset of the model, which no longer exist.
+  // Ignores [correction]: earlier versions of the controller learnt a gain and an offset and saved them here.
   std::optional<double> former{};
   reader.optional_table("correction", former, [](Reader& sub, double& ignored) {
     sub.optional("gain", ignored);
@@ -123,7 +124,8 @@ template model::HysteresisState load_memory(const std::filesystem::path&, const 
 
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model) {
   const Document document(file, largest_model_file);
-  // [stop] is last and shows that the file is complete: a truncated number is still a valid number.
+  // The table [stop] is the last one, so its presence shows that the file is complete. Without [stop], a file
+  // that was cut within a number would be read without an error.
   if (!document.root().contains("stop"))
     document.fail_at("", "missing table [stop], expected a complete state file of a controller");
   if (document.has("memory.creep"))

@@ -1,4 +1,5 @@
-// Memory files ([memory]): docs/file_formats.md lists the keys.
+// Reads and writes memory files: the state of a hysteresis model, in the TOML table [memory]. The page
+// docs/file_formats.md lists the keys.
 #pragma once
 
 #include <cstddef>
@@ -14,14 +15,16 @@
 
 namespace hystcan::config {
 
-/// Reads a saved or hand-written memory of `model`, whose kind has branches. Throws Error.
+/// Reads the memory of `model` from a memory file, saved or written by hand. `Model` is a kind of model whose
+/// memory consists of branches. `capacity` is the maximum number of branches. Throws Error if the file is
+/// invalid.
 template <class Model>
 model::HysteresisState load_memory(const std::filesystem::path& file, const Model& model,
                                    std::size_t capacity);
 model::PlayState load_memory(const std::filesystem::path& file, const model::PrandtlIshlinskii& model,
                              std::size_t capacity);
-/// Returns the text of a memory file, from which load_memory() restores the same bits. Any appended text
-/// belongs to [memory].
+/// Returns the text of a memory file. load_memory() reads exactly the same state from this text. A caller may
+/// append keys, which then belong to the table [memory].
 template <class Model>
 std::string memory_text(const Model& model, const typename Model::State& state) {
   std::vector<char> buffer(4096);
@@ -29,19 +32,24 @@ std::string memory_text(const Model& model, const typename Model::State& state) 
   while ((table = model.save(state, buffer)).empty()) buffer.resize(2 * buffer.size());
   return std::string(format_line).append("\n").append(table);
 }
-/// The state of an axis that a controller saved at a clean stop: a memory file with [stop].
+/// The state of an axis that a controller saved when it stopped without a crash. The file is a memory file
+/// with the additional table [stop].
 struct SavedState {
   model::HysteresisState memory;
-  std::vector<std::vector<double>> learnt;  ///< controller::Learning::table(); empty if nothing was learnt
+  std::vector<std::vector<double>>
+      learnt;  ///< learnt corrections of each segment (controller::Learning), or empty
 };
-/// Throws Error, also if the state belongs to another model.
+/// Reads a saved state. Throws Error if the file is invalid or incomplete, or if the state belongs to another
+/// model.
 SavedState load_state(const std::filesystem::path& file, const model::Hysteresis& model);
 
-/// Reads the creep from a memory file of any kind; `h` is the output of the hysteresis. nullopt if the file
-/// has no creep. Throws Error, also if the number of lags differs.
+/// Reads the state of the creep from a memory file of any kind. `h` is the present output of the hysteresis.
+/// Returns nullopt if the file has no creep. Throws Error if the file is invalid, or if its number of creep
+/// values differs from the number of lags of `creep`.
 std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::path& file,
                                                          const model::OutputCreep& creep, double h);
-/// Returns the lines that load_creep_memory() reads, exact to the bit. They belong at the end of [memory].
+/// Returns the lines with the state of the creep, to append to the table [memory] of a memory file.
+/// load_creep_memory() reads exactly the same state from these lines.
 std::string creep_memory_text(const model::HeldCreep::State& state);
 
 }  // namespace hystcan::config

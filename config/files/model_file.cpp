@@ -15,14 +15,16 @@
 namespace hystcan::config {
 namespace {
 
-/// The average model is a recursive-memory model without k. Only model files name it as its own kind.
+/// The average model is a recursive-memory model whose two reference curves are replaced by their mean. Its
+/// file has no k_ascending and k_descending. Only model files have "average" as a kind; the program has no
+/// such class.
 constexpr std::string_view average_kind = "average";
 
 constexpr std::array<std::string_view, 5> model_kinds{
     model::Hysteresis::kind(), average_kind, model::LinearMapping::kind(), model::PrandtlIshlinskii::kind(),
     model::Preisach::kind()};
 
-/// The tables of a model file. The keys of [hysteresis] depend on the kind.
+/// The content of a model file, all tables. Which keys [hysteresis] has depends on the kind of model.
 struct ModelTables {
   std::optional<IdentifiedFrom> identified_from;
   std::optional<model::OutputCreep::Config> creep{};
@@ -115,7 +117,8 @@ void visit_tables(V& v, ModelTables& m) {
   v.optional_table("identification", m.identified_from, plain);
 }
 
-/// Turns an exception of `make` into an error at the key, or at the table.
+/// Returns the result of `make`. If `make` throws because a parameter is invalid, throws Error with the place
+/// of `key` in the file.
 template <class Make>
 auto made(const Document& document, const std::string& key, Make make) {
   try {
@@ -187,7 +190,8 @@ model::AnyParameters any_parameters(const Document& document, const ModelTables&
   return raw.kind == average_kind ? model::average(given) : given;
 }
 
-// Checks the kind first, because the keys depend on it.
+// Reads a model that must be of the kind recursive-memory. Checks the kind first, because the keys depend on
+// it.
 model::HysteresisParameters recursive_memory(const Document& document) {
   const auto kind = document.root().at_path("hysteresis.kind").value<std::string>();
   if (kind && *kind != model::Hysteresis::kind())
@@ -247,7 +251,7 @@ std::string model_text(const model::HysteresisParameters& parameters,
     return key.value == "[]" ? std::nullopt : std::optional<std::string>("");
   });
   visit_tables(writer, raw);
-  return fmt::format("{}{}", format_line, writer.text());  // the text begins with an empty line
+  return fmt::format("{}{}", format_line, writer.text());  // writer.text() begins with an empty line
 }
 
 identification::Lag load_lag(const std::filesystem::path& file) {

@@ -13,14 +13,15 @@ namespace {
 
 constexpr char signs[2] = {'.', ','};
 
-/// The parts of a number: sign, digits with the marks between them, exponent.
+/// A number in text form, split into sign, digits and exponent.
 struct Parts {
   bool is_negative = false;
-  std::string digits{};  ///< digits, points and commas
+  std::string digits{};  ///< the digits with their points and commas
   std::string_view exponent{};
 };
 
-/// Returns the length of an apostrophe or a blank before a group of three digits; 0 if there is none.
+/// Returns the length in bytes of an apostrophe or a blank (ASCII or Unicode) at the beginning of the text,
+/// if a group of exactly three digits follows; otherwise 0.
 std::size_t length_of_mark(std::string_view text) {
   for (const std::string_view mark : {"'", " ", "\xE2\x80\x99", "\xC2\xA0", "\xE2\x80\xAF", "\xE2\x80\x89"}) {
     if (!text.starts_with(mark)) continue;
@@ -32,13 +33,15 @@ std::size_t length_of_mark(std::string_view text) {
   return 0;
 }
 
-/// Returns true if a number may have marks other than digits, signs and points.
+/// Returns true if the text has an apostrophe, a blank or a non-ASCII character. Such a number needs
+/// parts_of().
 bool has_other_marks(std::string_view text) {
   return std::ranges::any_of(
       text, [](char c) { return c == '\'' || c == ' ' || static_cast<unsigned char>(c) >= 0x80; });
 }
 
-/// Splits a number. Replaces other thousands marks and the typographic minus, which are unambiguous.
+/// Splits a number into its parts. Drops apostrophes and blanks between groups of digits, and accepts a
+/// typographic minus sign: these characters are unambiguous. Returns nullopt if the text is not a number.
 std::optional<Parts> parts_of(std::string_view text) {
   text = unquoted(text);
   Parts parts;
@@ -71,7 +74,7 @@ std::optional<Parts> parts_of(std::string_view text) {
   return parts;
 }
 
-/// Returns true if the sign separates groups of three digits: 1.234.567
+/// Returns true if `sign` separates groups of three digits, as the point in 1.234.567.
 bool is_grouped(std::string_view digits, char sign) {
   const std::size_t first = digits.find(sign);
   if (first == 0 || first > 3 || digits.front() == '0') return false;
@@ -85,7 +88,8 @@ bool is_grouped(std::string_view digits, char sign) {
   return true;
 }
 
-/// The conclusions from one number about the signs of its file.
+/// What one number shows about its file: which mark is the decimal sign, the thousands sign, or either of
+/// them.
 struct Evidence {
   bool is_number = false;
   std::optional<char> decimal{}, thousands{}, ambiguous{};
@@ -130,7 +134,7 @@ std::optional<double> NumberSigns::number(std::string_view text) const {
     return parsed_number<double>({buffer, text.size()});
   }
   const std::optional<Parts> parts = parts_of(text);
-  if (!parts) return parsed_number<double>(text);  // nan
+  if (!parts) return parsed_number<double>(text);  // a word such as nan or inf
   const Evidence evidence = evidence_of(*parts);
   if (!evidence.is_number) return std::nullopt;
   std::string plain = parts->is_negative ? "-" : "";
@@ -142,7 +146,7 @@ std::optional<double> NumberSigns::number(std::string_view text) const {
     else if (c != thousands)
       return std::nullopt;
   }
-  // A thousands sign must separate groups, and a decimal sign occurs once.
+  // Refuses a number whose own marks show other signs than `decimal` and `thousands`.
   if (evidence.thousands && *evidence.thousands != thousands) return std::nullopt;
   if (evidence.decimal && *evidence.decimal != decimal) return std::nullopt;
   return parsed_number<double>(plain.append(parts->exponent));
@@ -172,7 +176,8 @@ void SignSurvey::add(std::string_view text, std::size_t line, std::size_t column
   of.has_ambiguous[*evidence.ambiguous == ','] = true;
 }
 
-/// Returns true if each ambiguous number has whole numbers below 1000 in its column, and none above.
+/// Returns true if the ambiguous marks can be thousands signs: each column with an ambiguous number also has
+/// whole numbers of up to three digits, and none with more digits.
 bool SignSurvey::separates_thousands(std::size_t side) const {
   return std::ranges::all_of(columns_, [&](const auto& each) {
     const Column& column = each.second;

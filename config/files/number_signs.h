@@ -1,11 +1,12 @@
 // The decimal sign and the thousands sign of a file, determined once for all of its numbers.
 //
-//   0,5  12,25  1,5e3     a comma that can only be decimal
-//   1.234,5  1.234.567    a point that can only separate thousands
-//   1.234                 can be either: the other numbers of the file decide
+//   0,5  12,25  1,5e3     the comma can only be a decimal sign
+//   1.234,5  1.234.567    the point can only be a thousands sign
+//   1.234                 the point can be either: the other numbers of the file decide
 //
-// An ambiguous number is read as decimal unless other numbers contradict it. If the file has another decimal
-// sign, the ambiguous mark counts as a thousands sign only if its column also has whole numbers below 1000.
+// The mark in an ambiguous number is taken as the decimal sign unless other numbers contradict. If other
+// numbers show that the file has another decimal sign, the mark is taken as a thousands sign. This is
+// accepted only if the column of each ambiguous number also has whole numbers below 1000 and none above.
 #pragma once
 
 #include <cstddef>
@@ -16,48 +17,50 @@
 
 namespace hystcan::config {
 
-/// The place of a number, for a message.
+/// A number in a file and its place, for a message.
 struct NumberPlace {
   std::size_t line = 0, column = 0;  ///< counted from 1
   std::string text{};
-  std::string described() const;  ///< "0,5 (3:1)"
+  std::string described() const;  ///< returns number, line and column: "0,5 (3:1)"
 };
 
 struct NumberSigns {
   char decimal = '.';
   char thousands = '\0';
-  std::string note{};  ///< the assumption, if the numbers of the file are ambiguous; else empty
+  std::string note{};  ///< sentence about the assumption for ambiguous numbers; empty: no assumption
 
-  /// Parses a number, including nan and inf, with or without quotes. nullopt if it is not a number with these
-  /// signs.
+  /// Parses a number, including nan and inf, with or without quotes. Returns nullopt if the text is not a
+  /// number with the signs `decimal` and `thousands`.
   std::optional<double> number(std::string_view text) const;
 };
 
-/// Returns true for a number with some decimal and thousands sign, and for a word like nan.
+/// Returns true if the text is a number with any decimal and thousands sign, or a word such as nan.
 bool is_number_like(std::string_view text);
 
-/// Collects the numbers of a file and determines its signs.
+/// Collects the numbers of a file and determines the decimal sign and the thousands sign of the file.
 class SignSurvey {
  public:
-  /// `field`: index of the column.
+  /// Adds a number. `line` and `column` are its position in the text; `field` is the index of its field in
+  /// the row.
   void add(std::string_view text, std::size_t line, std::size_t column, std::size_t field);
-  /// Returns true if this sign occurred where it can only be decimal.
+  /// Returns true if `sign`, a point or a comma, occurred in a number in which it can only be a decimal sign.
   bool has_decimal(char sign) const { return sides_[sign == ','].decimal.has_value(); }
-  /// Returns a contradiction or an ambiguity; nullopt if found() is valid.
+  /// Returns a message if the numbers contradict each other or are ambiguous; nullopt if found() is valid.
   std::optional<std::string> contradiction() const;
   NumberSigns found() const;
 
  private:
   struct Side {
-    std::optional<NumberPlace> decimal{}, thousands{}, ambiguous{};  ///< the first number of each kind
+    std::optional<NumberPlace> decimal{}, thousands{},
+        ambiguous{};  ///< first number with this use of the mark
   };
   struct Column {
-    bool has_small = false, has_large = false;  ///< a whole number of up to three digits, of more digits
+    bool has_small = false, has_large = false;  ///< the column has whole numbers of up to 3, of more digits
     bool has_ambiguous[2] = {false, false};
   };
   bool separates_thousands(std::size_t side) const;
 
-  Side sides_[2];  ///< the numbers with points, and those with commas
+  Side sides_[2];  ///< [0]: numbers with points, [1]: numbers with commas
   std::map<std::size_t, Column> columns_;
 };
 

@@ -1,4 +1,4 @@
-// A cache of file contents. A file is read again only after it changed.
+// A cache of the contents of files. A file is read again only if it changed.
 #pragma once
 
 #include <chrono>
@@ -16,8 +16,8 @@ namespace hystcan::config {
 
 class ReadFiles {
  public:
-  /// Returns the result of `load` for the file; throws what `load` throws. The reference is valid until
-  /// drop_unused().
+  /// Returns the result of load(file), from the cache if the file did not change. Passes on the exceptions of
+  /// `load`. The returned reference is valid until the file is read again or drop_unused() removes it.
   template <class Content>
   const Content& get(const std::filesystem::path& file, Content (*load)(const std::filesystem::path&)) const {
     Read& read = files_[{file, typeid(Content)}];
@@ -26,23 +26,25 @@ class ReadFiles {
       read = {std::make_shared<const Content>(load(file)), stamp};
     return *static_cast<const Content*>(read.content.get());
   }
-  /// Removes all contents that were not requested since the last call.
+  /// Removes all contents from the cache that get() did not return since the last call of drop_unused().
   void drop_unused() const {
     for (auto file = files_.begin(); file != files_.end();)
       file = std::exchange(file->second.is_used, false) ? std::next(file) : files_.erase(file);
   }
 
  private:
-  using Stamp = std::pair<std::filesystem::file_time_type, std::uintmax_t>;  ///< time and size in bytes
+  /// The time of the last write to a file, and the size of the file in bytes.
+  using Stamp = std::pair<std::filesystem::file_time_type, std::uintmax_t>;
   struct Read {
     std::shared_ptr<const void> content;
     std::optional<Stamp> stamp;
     bool is_used = true;
   };
-  /// Returns nullopt if the file was written so recently that another write may get the same time stamp.
+  /// Returns time and size of the file, to detect a change. Returns nullopt if the file was written so
+  /// recently that another write could get the same time: the file is then read again.
   static std::optional<Stamp> stamp_of(const std::filesystem::path& file) {
-    constexpr auto coarsest_clock = std::chrono::seconds(2);  // coarsest time resolution of a file system:
-                                                              // FAT
+    constexpr auto coarsest_clock = std::chrono::seconds(2);  // coarsest time resolution of all file systems,
+                                                              // that of FAT
     std::error_code error;
     const auto written = std::filesystem::last_write_time(file, error);
     if (error || decltype(written)::clock::now() - written <= coarsest_clock) return std::nullopt;

@@ -14,7 +14,7 @@ namespace {
 
 using Fields = std::vector<std::string_view>;
 
-/// Removes blanks, separators and brackets at both ends.
+/// Returns the text without blanks, separators, quotes and brackets at both ends.
 std::string_view without_marks(std::string_view text) {
   constexpr std::string_view marks = "# \t:=;,\"()[]|";
   const auto begin = text.find_first_not_of(marks);
@@ -22,7 +22,8 @@ std::string_view without_marks(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(marks) - begin + 1);
 }
 
-/// Returns the unit in a field of a units line: "V", "(V)"; nullopt if the field is not a unit.
+/// Returns the unit in a field of a line of units, for example "V" for "(V)"; nullopt if the field is not a
+/// unit.
 std::optional<std::string> only_unit(std::string_view field) {
   const CsvColumn column = csv_column(field);
   if (column.name.empty() && !column.unit.empty()) return column.unit;
@@ -31,7 +32,7 @@ std::optional<std::string> only_unit(std::string_view field) {
   return std::string(known->symbol);
 }
 
-// The ways to split a line of names.
+// The functions below are the ways to split a line of column names into fields.
 
 Fields split_by(std::string_view line, char separator) {
   Fields fields;
@@ -39,7 +40,7 @@ Fields split_by(std::string_view line, char separator) {
   return fields;
 }
 
-/// Splits at two or more blanks.
+/// Splits a line at two or more blanks, or at a tab. A single blank is part of a name.
 Fields split_at_gaps(std::string_view line) {
   Fields fields;
   for (line = trimmed(line); !line.empty();) {
@@ -50,7 +51,7 @@ Fields split_at_gaps(std::string_view line) {
   return fields;
 }
 
-/// Splits at blanks, but not before a unit in brackets.
+/// Splits a line at blanks, but not before a unit in parentheses or brackets: "drive [V]" is one field.
 Fields split_before_brackets(std::string_view line) {
   Fields fields;
   for (const std::string_view field : split_by(line, ' ')) {
@@ -93,7 +94,7 @@ class HeadReader {
     for (std::size_t i = 0; i < shape_.width(); ++i) {
       if (!is_used(i)) continue;
       ++used;
-      const bool may_have_no_name = i == 0;  // the row number
+      const bool may_have_no_name = i == 0;  // the first column may be a row number without a name
       if (i >= fields.size() || (fields[i].empty() && !may_have_no_name)) return false;
       texts.insert(fields[i]);
       has_text = has_text || (!fields[i].empty() && !is_value(fields[i]));
@@ -107,7 +108,8 @@ class HeadReader {
     return has_text;
   }
 
-  /// Returns the names in a line above the rows; empty if the fields do not match the columns.
+  /// Returns the column names in a line above the rows; empty if the fields of the line do not match the
+  /// columns.
   Fields names_in(const TextLine& line) const {
     std::string_view text = trimmed(line.text);
     if (shape_.rows > 0 && has_shape(split_by(text, shape_.separator), shape_)) return {};
@@ -134,7 +136,9 @@ class HeadReader {
     return {};
   }
 
-  /// Returns the units if most used fields of the line are units.
+  /// Returns the units in a line. Returns nullopt if the line is not a line of units: all fields above number
+  /// columns must be known units, or at least half of them if the first field is a unit of time or a sample
+  /// number.
   std::optional<std::vector<std::string>> units_in(const TextLine& line) const {
     const std::string_view text =
         trimmed(line.text.substr(std::min(line.text.find_first_not_of("#% \t"), line.text.size())));
@@ -178,7 +182,8 @@ class HeadReader {
       const bool is_known = std::ranges::any_of(found, is_known_name);
       if (names.empty() || is_known) {
         names = found;
-        if (own && !units) units = std::move(own);  // ms,V,um
+        if (own && !units)
+          units = std::move(own);  // the line has only units, which also serve as names: ms,V,um
         line = each.number;
         above = lines_.size() - 1 - n;
       }
@@ -207,7 +212,7 @@ class HeadReader {
            name_likeness(name, ColumnMeaning::input) > 0 || name_likeness(name, ColumnMeaning::output) > 0;
   }
 
-  /// Returns the units above the names, if all of them are known.
+  /// Returns the units in the line above the names; nullopt if the unit of a number column is unknown.
   std::optional<std::vector<std::string>> units_above(std::size_t index) const {
     while (index > 0 && lines_[index - 1].is_blank()) --index;
     if (index == 0) return std::nullopt;
@@ -217,7 +222,7 @@ class HeadReader {
     return units;
   }
 
-  /// Returns true if there are names above this line.
+  /// Returns true if a line of names, which is not a line of units, is above the line with this index.
   bool is_below_names(std::size_t index) const {
     for (std::size_t n = 0; n < 3 && index > 0;) {
       const TextLine& above = lines_[--index];
@@ -228,7 +233,7 @@ class HeadReader {
     return false;
   }
 
-  // Settings: their words, then their values in the same field, in the following fields, or below.
+  // A setting has a known name ("Sample Interval"). Its value is in the same or next fields, or a line below.
 
   void read_settings(const std::vector<TextLine>& lines) {
     std::vector<StatedRate> rates;
@@ -242,7 +247,7 @@ class HeadReader {
         if (found->setting == RecordSetting::rate_Hz || found->setting == RecordSetting::interval_s) {
           std::string value = rest;
           for (std::size_t j = i + 1; j < std::min(i + 3, fields.size()) && fields[j] != fields[i]; ++j)
-            if (j == i + 1 || fields[j] != fields[j - 1])  // one rate for each channel
+            if (j == i + 1 || fields[j] != fields[j - 1])  // the same rate may be repeated for each channel
               value += " " + lower_case(without_marks(fields[j]));
           if (n + 1 < lines.size() && value.find_first_of("0123456789") == std::string::npos)
             if (const Fields below = split_by(lines[n + 1].text, shape_.separator); i < below.size())
@@ -258,7 +263,8 @@ class HeadReader {
     if (!rates.empty() && std::ranges::all_of(rates, is_first)) head_.rate = rates.front();
   }
 
-  /// Returns the rate in a text like "5 khz", "[hz] 5000" or "ch1:0.01 ch2:0.01".
+  /// Returns the sampling rate in Hz from a lower-case text such as "5 khz", "[hz] 5000" or "ch1:0.01
+  /// ch2:0.01". Returns nullopt if the text has no rate or an ambiguous rate.
   static std::optional<double> rate_of(std::string_view text, RecordSetting setting) {
     std::size_t begin = 0;
     const auto is_start = [&](std::size_t at) {
@@ -273,7 +279,7 @@ class HeadReader {
     const std::string_view number = without_marks(text.substr(begin, end - begin));
     std::string_view before = without_marks(text.substr(0, begin)), behind = without_marks(text.substr(end));
     if (before.find(':') != std::string_view::npos ||
-        (!before.empty() && text[begin - 1] == ':')) {  // ch1:0.01 ch2:0.01
+        (!before.empty() && text[begin - 1] == ':')) {  // a rate for each channel: ch1:0.01 ch2:0.01
       const std::size_t again = behind.find(':');
       if (again != std::string_view::npos && without_marks(behind.substr(again)) != number)
         return std::nullopt;
@@ -283,7 +289,7 @@ class HeadReader {
     const std::size_t point = number.find_first_of(".,");
     if (!value || !(*value > 0.0)) return std::nullopt;
     if (point != std::string_view::npos && number.size() - point == 4 && number.front() != '0')
-      return std::nullopt;  // ambiguous: 5.000 is five or five thousand
+      return std::nullopt;  // the number is ambiguous: 5.000 is five or five thousand
     const std::string unit = std::string(before) + std::string(behind);
     if (setting == RecordSetting::interval_s) {
       const UnitWord* known = unit.empty() ? find_unit("s") : find_unit(unit);
@@ -299,7 +305,8 @@ class HeadReader {
 
   using ValueOfField = std::pair<std::size_t, std::string_view>;
 
-  /// Returns the texts after the words of a setting, up to the next setting.
+  /// Returns the texts that belong to the setting in field `at`: the rest of this field, and the following
+  /// fields up to the next setting.
   static std::vector<ValueOfField> values_of(const Fields& fields, std::size_t at, std::string_view rest) {
     std::vector<ValueOfField> values;
     if (!without_marks(rest).empty()) values.emplace_back(at, without_marks(rest));
@@ -309,16 +316,17 @@ class HeadReader {
     return values;
   }
 
-  /// A unit in the settings, and the information about its column.
+  /// The information that a setting with a unit gives about the column of this unit.
   struct UnitSetting {
     bool is_of_time = false, is_alone = false;
-    std::string_view channel{};              ///< from CH1:V; empty if no channel is named
-    std::size_t target = std::string::npos;  ///< index of the column; npos if unknown
+    std::string_view channel{};              ///< channel that the setting names: CH1 in CH1:V; else empty
+    std::size_t target = std::string::npos;  ///< index of the column that gets the unit; npos: unknown
     std::size_t field = 0;                   ///< index of the field that contains the unit
   };
 
-  /// Assigns units: `Vertical Units,V,,Vertical Units,mV` to the column below; `CH1:V CH2:mV` to the column
-  /// of that name; else to every column.
+  /// Assigns the units of a setting to columns. A unit in `CH1:V CH2:mV` belongs to the column of this name.
+  /// Otherwise the units belong to the columns in order if their number fits, else each unit to the column
+  /// below it. A single unit belongs to all columns except the time.
   void take_units(const Fields& fields, std::size_t at, RecordSetting setting, std::string_view rest) {
     const std::vector<ValueOfField> values = values_of(fields, at, rest);
     const std::vector<std::size_t> targets = targets_of(values.size());
@@ -349,8 +357,8 @@ class HeadReader {
     return !is_time(column);
   }
 
-  /// Returns the columns for this number of units: all, or all except the time; empty: assign each unit by
-  /// its position.
+  /// Returns the indices of the columns to which `units` units in a row belong: all number columns, or all
+  /// except the time. Returns an empty list if the number fits neither.
   std::vector<std::size_t> targets_of(std::size_t units) const {
     std::vector<std::size_t> all, channels;
     for (std::size_t i = 0; i < shape_.width(); ++i) {

@@ -20,7 +20,8 @@ struct Kind {
   std::string_view begin;
   std::string_view found;
 };
-/// Files of other programs, recognised by their first bytes.
+/// File formats that can't be read, with the first bytes that identify each format. The user gets the
+/// format's name.
 constexpr std::array<Kind, 9> other_kinds{{{"PK\x03\x04", "an Excel file or another archive"},
                                            {"\xD0\xCF\x11\xE0", "an old Excel file"},
                                            {"\x89HDF", "an HDF5 or MATLAB file"},
@@ -64,7 +65,7 @@ void RecordText::read(std::size_t most_lines) {
         std::count(text_.begin() + static_cast<std::ptrdiff_t>(begin), text_.end(), '\n'));
     if (lines > most_lines)
       throw Error({file_, lines, 1}, "too many lines", expect("at most {}", most_lines));
-    // Reads only as much of a long line as is needed to refuse it.
+    // Refuses a line that is too long before the rest of it is read.
     const std::size_t end = text_.rfind('\n');
     if (end != std::string::npos && end >= begin) line_begin = end + 1;
     if (text_.size() - line_begin > longest_csv_line)

@@ -1,4 +1,4 @@
-// The text of a measured record in memory, line by line.
+// Holds the text of a measured record in memory and returns it line by line.
 #pragma once
 
 #include <cstddef>
@@ -12,33 +12,35 @@ namespace hystcan::config {
 
 struct TextLine {
   std::string_view text{};     ///< the line without its line end
-  std::size_t number = 0;      ///< line number, from 1; 0 before the first line
+  std::size_t number = 0;      ///< line number, from 1; 0: before the first line
   std::size_t begin = 0;       ///< offset of the line in the text
   std::size_t next = 0;        ///< offset of the next line
   bool ends_the_file = false;  ///< the line has no line end: it may be incomplete
 
   bool is_blank() const;
-  bool is_comment() const;  ///< begins with #
+  bool is_comment() const;  ///< returns true if the line begins with #
 };
 
 class RecordText {
  public:
-  /// The file may be a pipe (base/input_file.h). Throws Error if it can't be read, if it is not UTF-8 text,
-  /// if a line is longer than longest_csv_line, or if it has more than `most_lines`.
+  /// Reads the file, which may be a pipe (base/input_file.h). Throws Error if the file can't be read, is not
+  /// UTF-8 text, has a line longer than longest_csv_line, or has more than `most_lines` lines.
   RecordText(std::filesystem::path file, std::size_t most_lines);
 
   const std::filesystem::path& file() const { return file_; }
   std::string_view text() const { return text_; }
-  /// The number of omitted zeros at the end; a file system writes them after a power failure.
+  /// Returns the number of zero bytes at the end of the file, which are not part of text(). A power failure
+  /// can leave such zero bytes.
   std::size_t zeros() const { return zeros_; }
-  /// Replaces a line by the next line; start with TextLine{}. Returns false at the end.
+  /// Sets `line` to the line after `line`. The line after TextLine{} is the first one. Returns false at the
+  /// end of the text.
   bool next(TextLine& line) const;
-  /// Like next(), but skips blank lines and comments.
+  /// Sets `line` to the next line that is neither blank nor a comment. Returns false at the end of the text.
   bool next_content(TextLine& line) const;
 
-  /// Returns the place of `at`, which points into the line.
+  /// Returns file, line and column of `at`, a part of the line.
   Place place(const TextLine& line, std::string_view at) const;
-  /// Throws Error with the place; `at` points into the line.
+  /// Throws Error with the message `what` and the place of `at`, a part of the line.
   [[noreturn]] void fail(const TextLine& line, std::string_view at, const std::string& what) const;
 
  private:

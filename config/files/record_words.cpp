@@ -42,7 +42,8 @@ constexpr std::array<UnitWord, 27> unit_words{
      {"N", "N", 1.0, std::nullopt, " newton "},
      {"deg", "deg", 1.0, std::nullopt, " degree degrees "}}};
 
-// Whole names in lower case, the likeliest first.
+// The usual column names of time, input and output, in lower case. From "sample" on, the names of a time
+// column mean the sample number.
 constexpr std::array<std::string_view, 13> time_words{
     "time",  "t", "zeit", "timestamp", "elapsed",   "seconds", "sample",
     "index", "n", "#",    "nr",        "messpunkt", "sequence"};
@@ -57,7 +58,8 @@ constexpr std::array<std::string_view, 18> output_words{
     "sensorspannung", "weg"};
 constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
 
-// No word begins with a word listed before it.
+// The words of instrument settings. No word begins with a word that is listed earlier, so the search finds
+// the right one first.
 constexpr std::array<std::string_view, 9> rate_words{"abtastrate",  "abtastfrequenz",     "sampling rate",
                                                      "sample rate", "sampling frequency", "sample frequency",
                                                      "samplerate",  "sampling_rate",      "sample_rate"};

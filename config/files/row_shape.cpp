@@ -15,7 +15,7 @@
 namespace hystcan::config {
 namespace {
 
-/// A larger text is sampled in three places.
+/// Maximum size of a text that is examined as a whole, bytes. A larger text is sampled in three places.
 constexpr std::size_t whole_bytes = 1 << 20;
 constexpr std::size_t sampled_lines = 2000;
 
@@ -44,7 +44,8 @@ class ShapeCounts {
     count.texts += texts;
   }
 
-  /// Returns the most frequent shape with at least this many numbers.
+  /// Returns the most frequent shape that has at least `fewest_numbers` number fields, and the number of
+  /// texts in its lines.
   std::pair<RowShape, std::size_t> best(std::ptrdiff_t fewest_numbers) const {
     const std::string* key = nullptr;
     Count most;
@@ -92,17 +93,19 @@ RowShape shape_among(const RecordText& text, const std::vector<std::size_t>& beg
   return {};
 }
 
-/// A block above the names with the record's shape and at most this many rows belongs to the head.
+/// Maximum number of rows in a block that belongs to the head of the record: the block is above the line of
+/// column names and has the shape of the record, for example instrument settings.
 constexpr std::size_t longest_block_of_head = 9;
 
-/// Returns true if a field outside the number columns has a text.
+/// Returns true if a field that is not a number field of the shape has a text.
 bool has_label(const std::vector<std::string_view>& fields, const RowShape& shape) {
   for (std::size_t i = 0; i < shape.width() && i < fields.size(); ++i)
     if (!shape.numbers[i] && !fields[i].empty() && !is_value(fields[i])) return true;
   return false;
 }
 
-/// Returns the setting's name before its values: "BlockSize",600,600. Empty if the line has another form.
+/// Returns the name in a line of an instrument setting, "BlockSize" in `"BlockSize",600,600`. Returns an
+/// empty text if the line is not a setting: a text followed by a number field.
 std::string_view setting_of(const std::vector<std::string_view>& fields, const RowShape& shape) {
   std::size_t label = 0;
   while (label < shape.width() && fields[label].empty()) ++label;
@@ -112,8 +115,9 @@ std::string_view setting_of(const std::vector<std::string_view>& fields, const R
   return value < shape.width() && shape.numbers[value] ? fields[label] : std::string_view();
 }
 
-/// Returns true for a row with unreadable numbers: its first number (the time in most records) can be read
-/// or, in a line that is too wide, all numbers.
+/// Returns true if a line is probably a row of the record in which some numbers are unreadable. The first
+/// number, in most records the time, must be readable; in a line with too many fields all numbers must be
+/// readable.
 bool is_damaged_row(const std::vector<std::string_view>& fields, const RowShape& shape) {
   for (std::size_t i = 0; i < std::min(fields.size(), shape.width()); ++i) {
     if (!shape.numbers[i]) continue;
@@ -123,7 +127,7 @@ bool is_damaged_row(const std::vector<std::string_view>& fields, const RowShape&
   return fields.size() > shape.width();
 }
 
-/// Processes the lines from the first one on, and finds the first row.
+/// Finds the first row of a record. The lines are added one by one, from the first line of the text on.
 class FirstRow {
  public:
   explicit FirstRow(const RowShape& shape) : shape_(shape) {}
@@ -146,8 +150,8 @@ class FirstRow {
   void add_row(const TextLine& before) {
     const std::string_view setting = setting_of(fields_, shape_);
     if (setting.empty() && settings_ == rows_ && settings_ > 1)
-      reset_counts();  // Yokogawa: the rows so far were
-                       // settings
+      reset_counts();  // files of Yokogawa instruments: all
+                       // rows so far were settings
     if (rows_ == 0) before_row_ = damaged_.value_or(before);
     ++rows_;
     if (has_label(fields_, shape_)) ++labelled_;
@@ -156,7 +160,8 @@ class FirstRow {
   }
 
   void add_names() {
-    const bool is_of_head = labelled_ == rows_ || !has_names_;  // settings, or numbers without names
+    const bool is_of_head =
+        labelled_ == rows_ || !has_names_;  // the rows so far are settings, or have no names
     if (rows_ > 0 && is_of_head && rows_ * 10 < shape_.rows) reset_counts();
     has_names_ = true;
   }
@@ -166,7 +171,7 @@ class FirstRow {
   const RowShape& shape_;
   std::vector<std::string_view> fields_;
   TextLine before_row_;
-  std::optional<TextLine> damaged_;  ///< the line before a damaged row
+  std::optional<TextLine> damaged_;  ///< the line before the first of the present damaged rows; nullopt: none
   std::size_t rows_ = 0, labelled_ = 0, settings_ = 0;
   std::string_view last_setting_;
   bool has_names_ = false;

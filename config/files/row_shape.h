@@ -1,5 +1,6 @@
-// The shape of a record's rows, determined from their numbers: the separator, the number of fields, and the
-// fields with numbers. The most frequent shape is the record's; blocks with other shapes may precede it.
+// Determines the shape of the rows in a measured record: the separator, the number of fields, and which
+// fields contain numbers. The most frequent shape in the text is the shape of the record. Lines with other
+// shapes may be above.
 #pragma once
 
 #include <cstddef>
@@ -11,31 +12,35 @@
 namespace hystcan::config {
 
 struct RowShape {
-  char separator = ',';         ///< `' '` means any number of blanks and tabs
-  std::vector<bool> numbers{};  ///< for each field: true if the rows have a number there
-  std::size_t rows = 0;         ///< number of examined lines with this shape
+  char separator = ',';         ///< separator of the fields; `' '` means any number of blanks and tabs
+  std::vector<bool> numbers{};  ///< for each field: true if the rows have a number in this field
+  std::size_t rows = 0;         ///< number of examined lines that have this shape
 
   std::size_t width() const { return numbers.size(); }
 };
 
-/// Returns true for a number with any signs, a time of day or a date.
+/// Returns true if the field is a number (with any decimal and thousands sign), a time of day or a date.
 bool is_value(std::string_view field);
 
-/// Examines the whole text; `rows` is 0 if no line has two numbers, or one number and nothing else.
+/// Returns the most frequent shape of the lines with numbers. A shape with two or more numbers has priority
+/// over a shape with one number. `rows` of the result is 0 if the text has no line of numbers. A long text is
+/// sampled.
 RowShape find_row_shape(const RecordText& text);
 
-/// Returns true if every field of the shape with a number has a value.
+/// Returns true if the fields have the shape: their number fits, and each number field of the shape has a
+/// value (see is_value()).
 bool has_shape(const std::vector<std::string_view>& fields, const RowShape& shape);
-/// Returns true if at least one field of the shape with a number has a value.
+/// Returns true if at least one number field of the shape has a value (see is_value()).
 bool has_value_of(const std::vector<std::string_view>& fields, const RowShape& shape);
-/// Returns true if every field of the shape with a number has a text, as in a line of names.
+/// Returns true if every number field of the shape has a text that is not a value, as in a line of column
+/// names.
 bool has_texts(const std::vector<std::string_view>& fields, const RowShape& shape);
-/// Returns true if the number of fields fits a row: an empty last field may be missing, and a remark may
-/// follow.
+/// Returns true if the number of fields fits the shape. A last field without a number may be missing, and one
+/// further field with a text may follow.
 bool fits_width(const std::vector<std::string_view>& fields, const RowShape& shape);
 
-/// Returns the line before the first row; `shape.rows` must not be 0. A row with unreadable numbers also
-/// counts as a row if no other line is between it and the first complete row.
+/// Returns the line before the first row of the record. `shape.rows` must not be 0. A row with unreadable
+/// numbers is also a row if only such rows are between it and the first complete row.
 TextLine before_first_row(const RecordText& text, const RowShape& shape);
 
 }  // namespace hystcan::config
