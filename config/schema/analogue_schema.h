@@ -1,4 +1,5 @@
-// The keys of [axis.analogue]: an amplifier and a sensor that are connected to a card.
+// The keys of the configuration table [axis.analogue]: an amplifier and a sensor that are connected to an
+// analogue I/O card.
 #pragma once
 
 #include "config/document/document.h"
@@ -6,7 +7,8 @@
 
 namespace hystcan::config {
 
-/// Range of the two scales, which may be negative: an amplifier or a sensor may invert.
+/// Range of the keys volts_per_drive and position_um_per_V. Both may be negative, because an amplifier or a
+/// sensor may invert.
 inline constexpr Range scale_range{.lo = 1e-6, .hi = 1e6, .either_sign = true};
 inline constexpr Range subdevice_range{.lo = 0.0, .hi = 255.0};
 inline constexpr Range channel_range{.lo = 0.0, .hi = 65'535.0};

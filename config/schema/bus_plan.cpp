@@ -22,10 +22,11 @@ namespace {
 using can::Duration;
 using can::PeriodicFrame;
 
-/// Minimum time between two emergencies of one node, which stays in fault until it is cleared.
+/// Assumed minimum time between two emergency frames of a node. A node sends one when it faults, and then
+/// remains in fault until the fault is cleared.
 constexpr Duration emergency_interval = std::chrono::seconds(1);
 
-/// Minimum time between two live setpoints for one axis, from all senders together.
+/// Assumed minimum time between two live setpoints for one axis, from all senders together.
 constexpr Duration live_setpoint_interval = std::chrono::milliseconds(10);
 
 Duration cycle_of(const Config& config) { return controller::cycle_of(config.controller); }
@@ -52,7 +53,8 @@ PeriodicFrame of_message(const can::Message& message, Duration period) {
           .bit_rate_switch = message.bit_rate_switch};
 }
 
-/// Returns the duration of the shortest line of the axis's scans; a whole heartbeat period if it has none.
+/// Returns the duration of the shortest scan line of the axis, at most a heartbeat period. Returns a
+/// heartbeat period if the axis has no scans.
 Duration line_of(const Config& config, const AxisConfig& axis) {
   double line_s = can::seconds(config.controller.heartbeat_period);
   for (const controller::Segment& segment : axis.control.setpoint)
@@ -61,23 +63,25 @@ Duration line_of(const Config& config, const AxisConfig& axis) {
   return can::Duration(std::llround(1e9 * line_s));
 }
 
-/// Returns the slot of a node's heartbeats and statuses.
+/// Returns the number of the slot in which a node sends heartbeats and statuses; nullopt if there are no
+/// slots.
 std::optional<unsigned> slot_of(const Config& config, unsigned node) {
   if (config.bus.background_slots == 0) return std::nullopt;
   return node % config.bus.background_slots;
 }
 
-/// Returns the time between two slots of a node; one cycle if there are no slots.
+/// Returns the duration of a round, the time between two slots of the same node; one cycle if there are no
+/// slots.
 Duration round_of(const Config& config) {
   return std::max(config.bus.background_slots, 1U) * cycle_of(config);
 }
 
-/// Returns the smallest number of rounds that is at least `time` long.
+/// Returns the smallest number of rounds that together take at least `time`.
 std::int64_t rounds_up(Duration time, Duration round) { return (time + round - Duration{1}) / round; }
 
-/// Adds the controller's scan markers and axis statuses, if the database has them. All statuses are due with
-/// a heartbeat; the controller sends one marker or status per cycle, taking turns, after its commands or in
-/// its slot.
+/// Adds the controller's scan markers and axis statuses if the database has messages for them. All statuses
+/// become due with a heartbeat. The controller sends at most one marker or status per cycle, one after the
+/// other: after its commands, or in its slot.
 void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config) {
   const Duration cycle = cycle_of(config);
   const std::size_t first = sources.size();
@@ -110,8 +114,8 @@ bool has_identifier(const PeriodicFrame& frame, const PeriodicFrame& of) {
   return frame.id == of.id && frame.extended == of.extended;
 }
 
-/// Adds a frame of an axis. If the frame exists (a message or a node's heartbeat that axes share), adds the
-/// axis to it.
+/// Adds a frame of an axis. If another axis already added the same frame (axes can share a message or a
+/// node's heartbeat), adds the axis to that frame.
 void add_for_axis(std::vector<can::ChainSource>& sources, PeriodicFrame frame, can::ChainRole role,
                   std::size_t axis, std::optional<unsigned> slot = {}) {
   const auto shared = std::ranges::find_if(sources, [&](const can::ChainSource& source) {
@@ -126,7 +130,8 @@ void add_for_axis(std::vector<can::ChainSource>& sources, PeriodicFrame frame, c
   shared->frame.deadline = shared->frame.period;
 }
 
-/// The values of status_every in the twin and in the node of a card, because either may be the amplifier.
+/// The shorter and the longer value of status_every, the period of AmpStatus in cycles. The twin and the
+/// analogue node each have a value, and either of them may be the amplifier on the bus.
 struct StatusPeriods {
   unsigned shortest, longest;
 };
@@ -165,7 +170,8 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
   add_own_frames(sources, config);
   PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
                                 std::max(config.controller.heartbeat_period, cycle));
-  own.jitter = round_of(config);  // due at a SYNC, and waits for the commands of that cycle or for its slot
+  own.jitter =
+      round_of(config);  // a heartbeat, due at a SYNC, waits for the cycle's commands or for its slot
   sources.push_back({own, can::ChainRole::controller_heartbeat, {}, slot_of(config, config.controller.node)});
   std::ranges::sort(sources, {}, [](const can::ChainSource& s) {
     return can::arbitration_key(s.frame.id, s.frame.extended);
@@ -205,7 +211,8 @@ PlannedFrame planned(const can::ChainSource& source, const can::BitRates& rates)
   return planned;
 }
 
-/// Throws if the deadline could send a command frame of several axes before their samples arrive.
+/// Checks the key command_deadline_us if axes share a command frame: the controller sends the frame at the
+/// deadline at the latest. Throws Error if samples of these axes can arrive after the deadline.
 void check_command_deadline(const Checked& checked, const BusPlan& plan) {
   const Config& config = checked.config;
   const Duration deadline = controller::command_deadline_of(config.controller);
@@ -226,7 +233,7 @@ void check_command_deadline(const Checked& checked, const BusPlan& plan) {
   }
 }
 
-/// Returns the nodes of the bus with their description for the user.
+/// Returns all node ids on the bus with a description for the user, such as "the sensor of axis x".
 std::map<unsigned, std::string> nodes_of(const Config& config) {
   std::map<unsigned, std::string> nodes{{config.controller.node, "the controller"}};
   for (const AxisConfig& axis : config.axes) {
@@ -244,7 +251,7 @@ void check_slots(const Checked& checked) {
   if (can::sync_counter_max % slots != 0)
     fail(fmt::format("background_slots is {}, expected a divisor of {}, the highest SYNC counter", slots,
                      can::sync_counter_max));
-  std::map<unsigned, std::pair<unsigned, std::string>> owners;  // node that owns each slot
+  std::map<unsigned, std::pair<unsigned, std::string>> owners;  // for each slot, its node and the node's name
   for (const auto& [node, name] : nodes_of(config)) {
     const unsigned slot = *slot_of(config, node);
     const auto [other, is_new] = owners.try_emplace(slot, node, name);

@@ -1,11 +1,11 @@
-// The frames that a configuration sends on the bus, and the check that every command is in time. Derivation:
-// docs/theory/bus.md.
+// Computes when each frame of a configuration is sent on the bus, and checks that every command is in time.
+// The derivation is in docs/theory/bus.md. The frames of control cycle n follow each other within the cycle:
 //
-//   SYNC(n) -> SensorSample(n) -> AmpCommand(n)      within the cycle T, per message
+//   SYNC(n) -> SensorSample(n) -> AmpCommand(n)
 //
 // A command is in time if its transmission begins before the next SYNC: a frame that has begun ends before
-// that SYNC is sent. can/timing/chain.h bounds the start of the command and the responses of the other
-// frames, and lists the assumptions.
+// that SYNC is sent. can/timing/chain.h computes upper bounds for the start of the command and for the
+// response times of all other frames, and lists the assumptions.
 #pragma once
 
 #include <cstddef>
@@ -19,12 +19,13 @@
 
 namespace hystcan::config {
 
-/// A frame on the bus, which is a row in the table of `hystcan check`.
+/// A frame on the bus with its timing. `hystcan check` prints a row of its table for each such frame.
 struct PlannedFrame {
   can::PeriodicFrame frame;
   can::Duration transmission{};
-  /// Worst-case time to the end of the interframe space, from the start of the cycle for SYNC, samples and
-  /// commands, and from queueing for all other frames; nullopt if unbounded.
+  /// Worst-case time until the frame and its interframe space are sent; nullopt if there is no upper bound.
+  /// The time of SYNC, samples and commands counts from the start of the cycle, the time of other frames from
+  /// queueing.
   std::optional<can::Duration> response;
   can::Duration deadline{};
 
@@ -32,25 +33,28 @@ struct PlannedFrame {
 };
 
 struct BusPlan {
-  std::vector<PlannedFrame> frames;       ///< by priority, without emergencies
-  std::vector<PlannedFrame> emergencies;  ///< each in addition to all `frames`
-  double load = 0.0;                      ///< load of `frames` with the maximum number of stuff bits
+  std::vector<PlannedFrame> frames;       ///< all frames except emergencies, highest priority first
+  std::vector<PlannedFrame> emergencies;  ///< emergency frames, sent in addition to `frames`
+  double load = 0.0;                      ///< bus load by `frames`, with the maximum number of stuff bits
   can::Duration cycle{};
-  std::optional<can::Duration> last_command;  ///< latest start of a command in its cycle
+  std::optional<can::Duration>
+      last_command;  ///< latest start of a command after its SYNC; nullopt: unbounded
 
   bool commands_in_time() const { return last_command && *last_command <= cycle; }
 };
 
-/// Throws std::invalid_argument if the database lacks a message, or if two frames share an identifier.
+/// Computes the timing of all frames. Throws std::invalid_argument if the database lacks a message, or if two
+/// frames have the same identifier.
 BusPlan plan_bus(const Config& config);
 
-/// Returns the longest time between two AmpStatus of the axis: `status_every` cycles (the larger value of
-/// twin and node) or, with slots, as many whole rounds as its node needs to send each of its status messages
-/// and its heartbeats.
+/// Returns the longest time between two AmpStatus frames of the axis. Without background slots, this is
+/// `status_every` cycles, with the larger value of twin and analogue node. With background slots, the frames
+/// wait for the slot of their node: the time is the number of rounds that the node needs for its status
+/// messages and its heartbeats.
 can::Duration longest_status_period(const Config& config, const AxisConfig& axis);
 
-/// Returns the highest rate, up to the configured one, at which all commands are in time, rounded down to 1
-/// Hz or, from 100 Hz, to 10 Hz; 0 if not even 1 Hz is possible.
+/// Returns the highest cycle rate at which all commands are in time, at most the configured rate. A lower
+/// rate is rounded down to 1 Hz, or to 10 Hz above 100 Hz. Returns 0 if the commands are late even at 1 Hz.
 double fastest_rate_Hz(Config config);
 
 }  // namespace hystcan::config

@@ -17,7 +17,7 @@
 namespace hystcan::config {
 namespace {
 
-/// The checks of one axis.
+/// Checks the keys of one axis.
 class AxisCheck : Checked {
  public:
   AxisCheck(const Checked& checked, std::size_t index)
@@ -63,8 +63,8 @@ class AxisCheck : Checked {
          2.0 * period_ms);
   }
 
-  /// Checks the setup timeout: the controller sends one request per cycle, so it must wait at least one cycle
-  /// for the answer.
+  /// Checks that setup_timeout_ms is at least one cycle, because the controller sends one setup request per
+  /// cycle and must wait for the answer.
   void check_setup_timeout() const {
     if (axis_.wire.amplifier_setup.empty() && axis_.wire.sensor_setup.empty()) return;
     const double timeout_ms = 1e3 * can::seconds(axis_.wire.setup_patience.timeout);
@@ -109,8 +109,8 @@ class AxisCheck : Checked {
     check_in_position();
   }
 
-  /// Checks the delay of setpoints that take effect at SYNC; check_receipt_delays() checks those that take
-  /// effect on receipt.
+  /// Checks command_delay_us if setpoints take effect at the SYNC: it must be one cycle. If setpoints take
+  /// effect on receipt, check_receipt_delays() checks the key.
   void check_command_delay() const {
     if (axis_.twin.apply != node::Apply::sync) return;
     const can::Duration& delay = axis_.control.delays.command_delay;
@@ -146,7 +146,7 @@ class AxisCheck : Checked {
     }
   }
 
-  /// Checks timeout >= window; otherwise every move would fail.
+  /// Checks that timeout_ms of in_position is at least window_ms. Otherwise no move could arrive in time.
   void check_in_position() const {
     if (!axis_.control.in_position) return;
     const auto& [tolerance_um, window, timeout] = *axis_.control.in_position;
@@ -172,7 +172,7 @@ class AxisCheck : Checked {
            "plant_inverse and second_order are both true, expected one of them: each is a feed-forward");
   }
 
-  static constexpr double rounding = 1.0 + 1e-9;  ///< accepts a shape exactly at its limit
+  static constexpr double rounding = 1.0 + 1e-9;  ///< factor on limits; accepts a shape exactly at its limit
   std::size_t index_;
   const AxisConfig& axis_;
   const std::string& unit_;

@@ -1,6 +1,7 @@
-// Checks between the keys of a configuration, and the findings of `hystcan check` in a valid configuration.
+// Checks that the keys of a configuration agree with each other. Also computes the findings and warnings that
+// `hystcan check` prints for a valid configuration.
 //
-// A check throws Error at the conflicting key.
+// If a check fails, it throws Error with the place of the key that conflicts.
 #pragma once
 
 #include <fmt/format.h>
@@ -16,97 +17,104 @@
 
 namespace hystcan::config {
 
-/// Returns true if an axis can have this name; state files, columns and HDF5 groups have it in their names.
+/// Returns true if an axis can have this name. State files, columns and HDF5 groups contain the name of their
+/// axis.
 bool is_axis_name(std::string_view name);
 inline constexpr const char* expected_axis_name =
     "letters (A to Z, a to z), digits, _, . and -: 1 to 64 of them, not . or .. alone";
 
-/// A configuration to check, and the document that contains its keys.
+/// A configuration to check, and the document from which it was read.
 struct Checked {
   const Document& document;
   const Config& config;
 
   Place place_of(const Member& member) const { return document.place_at(path_of(config, member)); }
-  /// Throws Error at the key of this member.
+  /// Throws Error with the place of the key of this member.
   template <class... Args>
   [[noreturn]] void fail(const Member& member, fmt::format_string<Args...> format, Args&&... args) const {
     throw Error(place_of(member), fmt::format(format, std::forward<Args>(args)...));
   }
 };
 
-/// Runs all checks of this file: node ids, DBC, units, ranges, delays, bus timing.
+/// Runs all checks that this header declares: node ids, DBC, units, ranges, delays, bus timing.
 void check_agreement(const Checked& checked);
 
-/// Checks the messages of an axis, standard or the lab's own, against the DBC: signals, identifiers,
-/// overlaps, units and ranges. If a message or signal is missing, the error lists the most similar names in
-/// the DBC.
+/// Checks the messages of an axis against the DBC: signals, identifiers, overlaps, units and ranges. The
+/// messages are the standard messages or the lab's own. If a message or signal is missing, the error lists
+/// the most similar names in the DBC.
 void check_frames(const Checked& checked, std::size_t axis);
-/// Checks that axes with a common message have the same node, the same protection and separate signals.
+/// Checks that axes that share a message have the same node, the same protection (counter, CRC) and separate
+/// signals.
 void check_sharing(const Checked& checked);
-/// Returns one line for each message that is too long for its CRC: "message M of axis x: ...", with the
-/// remedy.
+/// Returns a warning with its remedy for each message that is too long for its CRC: "message M of axis x:
+/// ...".
 std::vector<std::string> protection_warnings(const Config& config);
-/// Returns one line for each message of more than 8 bytes that the DBC declares as classical CAN.
+/// Returns a warning for each message of more than 8 bytes that the DBC declares as classical CAN.
 std::vector<std::string> format_warnings(const Config& config);
-/// Returns one line for each signal that has no role in the command and whose raw value 0, which is always
-/// sent, is not the physical value 0.
+/// Returns a warning for each signal of a command message that the controller does not use. It always sends
+/// the raw value 0 for such a signal; the warning is only given if this is not the physical value 0.
 std::vector<std::string> command_warnings(const Config& config);
-/// Checks that no two messages that are sent or received, CANopen frames included, share an identifier.
+/// Checks that any two messages on the bus have different identifiers. CANopen frames (NMT, heartbeats, SDO)
+/// also count as messages.
 void check_identifiers(const Checked& checked);
-/// Checks the keys of a twin's amplifier and sensor.
+/// Checks the keys of the simulated amplifier and the simulated sensor of an axis, in [axis.twin].
 void check_instruments(const Checked& checked, std::size_t axis);
-/// Checks [axis.analogue]: devices have valid names, axes share only interlock inputs and charge pumps, times
-/// agree with those of the controller, and stated ranges cover the drives, the setpoints and a part of the
-/// positions.
+/// Checks [axis.analogue] of all axes. Device names must be valid. Axes may share only interlock inputs and
+/// charge pumps. The times must agree with the times of the controller. A voltage range that the file states
+/// must cover the drives or the setpoints, and at least a part of the allowed positions.
 void check_analogue(const Checked& checked);
-/// Returns one line for each axis whose stated sensor range does not cover the whole stroke.
+/// Returns a warning for each axis with a sensor range in the file that does not cover the whole stroke.
 std::vector<std::string> stroke_warnings(const Config& config);
-/// Checks command_delay_us of every axis whose setpoints take effect on receipt: above 0, and at most the
-/// latest end of the command on the bus. Call check_bus() first.
+/// Checks command_delay_us of each axis whose setpoints take effect when the command is received. The delay
+/// must be above 0, and at most the latest end of the command on the bus. check_bus() must have succeeded
+/// before.
 void check_receipt_delays(const Checked& checked);
-/// Checks that the linear loop (controller/analysis/linear_loop.h) is stable with the delays of the axis's
-/// own keys.
+/// Checks that the linear model of the control loop (controller/analysis/linear_loop.h) is stable with the
+/// axis's gains and with the plant in [axis.control.delays].
 void check_loop(const Checked& checked, std::size_t axis);
-/// Checks that the rasters of all axes have the same lines and begin at the same time of each pass.
+/// Checks that the rasters of all axes have the same lines and begin at the same time.
 void check_scans(const Checked& checked);
-/// Throws Error at the key rate_Hz if a command can be late, and at background_slots if nodes share a slot.
+/// Checks the bus timing. Throws Error with the place of rate_Hz if a command can be late, or with the place
+/// of background_slots if the slots are wrong, for example if two nodes have the same slot.
 void check_bus(const Checked& checked);
 
-/// Designs the filters of the axis, for its feed-forward and its learning, if it has them. Throws Error if
-/// learning is impossible.
+/// Designs the filters for the feed-forward and the learning of an axis, if the axis has them. Throws Error
+/// if no learning filter is possible for the axis.
 void plan_filters(const Document& document, Config& config, std::size_t axis);
 
-/// Assumed error of the resonance; findings_of_loop() warns if the loop has no margin with this error.
+/// Assumed error of the resonance frequency, percent. findings_of_loop() warns if the loop has too little
+/// margin with this error.
 inline constexpr double resonance_off_percent = 10.0;
 
-/// Returns the margins for the configured plant, and the worst ones with its resonance off by
-/// resonance_off_percent.
+/// Returns the stability margins of the loop for the configured plant, and the worst margins for a plant
+/// whose resonance differs by up to resonance_off_percent.
 controller::JudgedLoop judged_loop(const AxisConfig& axis, double rate_Hz);
 
-/// Returns true if the mode is so close to a multiple of the rate that held setpoints excite it
-/// (controller/control/delays.h).
+/// Returns true if the mechanical resonance is so close to a multiple of the cycle rate that setpoints, which
+/// change once per cycle, excite it (see controller/control/delays.h).
 bool rings_at(const AxisConfig& axis, double rate_Hz);
 
 struct Finding {
   bool is_warning = false;
   std::string text;
 };
-/// Returns the line of the finding: "warning: " before the text of a warning.
+/// Returns the finding as a line of output: the text, with "warning: " before it if it is a warning.
 std::string line_of(const Finding& finding);
 
-/// Warns if the mode is close to a multiple of the rate (controller/control/delays.h).
+/// Returns a warning if the mechanical resonance is close to a multiple of the cycle rate (see rings_at());
+/// else returns an empty list.
 std::vector<Finding> findings_of_rate(const AxisConfig& axis, double rate_Hz);
 
-/// Returns margins, sensitivity and bandwidth; warns if no margin is left with the resonance off
-/// by resonance_off_percent.
+/// Returns findings about the control loop: margins, sensitivity and bandwidth. A finding is a warning if the
+/// loop has little or no margin with a resonance that differs by resonance_off_percent.
 std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz);
 
-/// Returns one line for each disabled supervision of an axis with feedback: its limit is 0, or so wide that a
-/// plausible position never exceeds it.
+/// Returns a warning for each supervision that is disabled, for axes with feedback. A supervision is disabled
+/// if its limit is 0, or so wide that a plausible position never exceeds the limit.
 std::vector<std::string> supervision_warnings(const Config& config);
 
-/// Returns lines for `check`: for each segment, the learnt part, the highest frequency and the speed of
-/// learning.
+/// Returns a line of `hystcan check` for each segment that is learnt: the highest learnt frequency, and the
+/// number of periods in which the error falls to a tenth.
 std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rate_Hz);
 
 }  // namespace hystcan::config

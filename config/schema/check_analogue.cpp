@@ -18,12 +18,12 @@
 namespace hystcan::config {
 namespace {
 
-/// The purposes of channels; two axes share a line only if its purpose is the same.
+/// The purpose of a channel. Two axes can share a digital line only if it has the same purpose for both.
 enum class Purpose : std::uint8_t { output, input, enable, interlock, charge_pump };
 
 constexpr bool is_line(Purpose purpose) { return purpose >= Purpose::enable; }
-/// Returns true for an interlock, which is only read, and for a charge pump, which toggles at the same SYNC
-/// for all axes.
+/// Returns true if several axes may use one line for this purpose. An interlock may be shared because it is
+/// only read, and a charge pump because it toggles at the same SYNC for all axes.
 constexpr bool may_be_shared(Purpose purpose) {
   return purpose == Purpose::interlock || purpose == Purpose::charge_pump;
 }
@@ -32,23 +32,25 @@ constexpr std::string_view noun_of(Purpose purpose) {
   return purpose == Purpose::output ? "output" : "input";
 }
 
-/// A channel in use, and the member that specifies it.
+/// A channel of a card that an axis uses, and the configuration member that names the channel.
 struct ChannelUse {
-  std::string card;  ///< identity_of()
+  std::string card;  ///< card with the channel, as node::identity_of() identifies it
   Purpose purpose{};
   const node::CardChannel* place = nullptr;
-  const node::ActiveLevel* active = nullptr;  ///< null: not a line
+  const node::ActiveLevel* active =
+      nullptr;  ///< active level of a digital line; null: the channel is analogue
   Member member;
 
-  /// Channels of different kinds on one subdevice are different channels.
+  /// Returns true if both uses mean the same physical channel. An input, an output and a line with the same
+  /// number on the same subdevice are different channels.
   bool is_same(const ChannelUse& other) const {
     return std::tuple(card, noun_of(purpose), place->subdevice, place->channel) ==
            std::tuple(other.card, noun_of(other.purpose), other.place->subdevice, other.place->channel);
   }
 };
 
-/// Returns the range if the file states it; `nullopt` if it depends on the card. Throws ChannelError if the
-/// simulated card has no such range.
+/// Returns the voltage range of a channel if it is known without the card: the file states it, or the card is
+/// simulated. Otherwise returns `nullopt`. Throws ChannelError if the simulated card has no such range.
 std::optional<node::VoltageRange> known_range(std::string_view key, const node::AnalogueConfig& analogue,
                                               const node::CardChannel& place) {
   const node::DeviceName card = node::device_named(place.device.empty() ? analogue.device : place.device);
@@ -60,13 +62,14 @@ std::optional<node::VoltageRange> known_input_range(const node::AnalogueConfig& 
   return known_range("position_input", analogue, analogue.position_input.place);
 }
 
-/// The checks of one axis.
+/// Checks [axis.analogue] of one axis.
 class AnalogueCheck : Checked {
  public:
   AnalogueCheck(const Checked& checked, const AxisConfig& axis)
       : Checked(checked), axis_(axis), analogue_(*axis.analogue), device_(named(analogue_.device)) {}
 
-  /// Checks this axis, also against the channels of earlier axes in `all`.
+  /// Checks this axis, and that it uses no channel in `all`, the channels of earlier axes. Adds its own
+  /// channels to `all`.
   void run(std::vector<ChannelUse>& all) const {
     for (const ChannelUse& use : uses()) {
       check_range_text(use);
@@ -78,7 +81,8 @@ class AnalogueCheck : Checked {
     check_enable_delay();
   }
 
-  /// Checks the ranges that the file states; the others are checked when the card is opened.
+  /// Checks the voltage ranges that are known without the card. The other ranges are checked when the card is
+  /// opened.
   void check_ranges(const node::WiredAnalogueAxis& wired) const try {
     if (const auto range = known_range("drive_output", analogue_, analogue_.drive_output))
       node::check_drives(analogue_, wired.drives, *range);
@@ -153,7 +157,8 @@ class AnalogueCheck : Checked {
            timeout_ms, tried_ms);
   }
 
-  /// The controller waits for enable_delay_ms before it commands motion, and gives up after a further
+  /// Checks that the amplifier's enable_delay_ms is not longer than the controller waits. The controller
+  /// commands motion after the enable_delay_ms of [axis.control], and faults after a further
   /// enable_timeout_s.
   void check_enable_delay() const {
     const can::Duration& delay = analogue_.amplifier.enable_delay;

@@ -15,11 +15,12 @@
 namespace hystcan::config {
 namespace {
 
-/// The checks of one message of one axis.
+/// Checks one message of one axis against the DBC.
 template <class Payload>
 class FrameCheck : Checked {
  public:
-  /// `part` is "command", "status" or "sample"; unused for a message with standard names only.
+  /// `part` is the message's part in [axis.frames]: "command", "status" or "sample". It is unused for a
+  /// message that can only have its standard name.
   FrameCheck(const Checked& checked, std::size_t index, const char* part)
       : Checked(checked),
         axis_(config.axes[index]),
@@ -27,7 +28,7 @@ class FrameCheck : Checked {
         path_(fmt::format("axis[{}]", index)),
         part_(part) {}
 
-  /// Runs all checks. `standard_id` is the identifier of the standard frame, from the node id.
+  /// Runs all checks. `standard_id` is the identifier that the message must have if it is a standard message.
   void run(std::uint32_t standard_id) {
     const auto map = can::message_map_in<Payload>(config.database, axis_.wire);
     if (!map) return;
@@ -44,7 +45,8 @@ class FrameCheck : Checked {
  private:
   bool is_own() const { return axis_.wire.frames.has_value() && !can::is_optional<Payload>; }
 
-  /// Throws Error at the key of a lab's own frame, or at the DBC's key for a standard frame.
+  /// Throws Error. For a lab's own message, the place is `key` in [axis.frames]; for a standard message, the
+  /// key `dbc`.
   [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected) const {
     const std::string place = is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, key) : "bus.dbc";
     document.fail_at(place, fmt::format("{} in {}, expected {}", what, config.bus.dbc.string(), expected));
@@ -90,7 +92,8 @@ class FrameCheck : Checked {
     used_.emplace_back(key, signal);
   }
 
-  /// Checks that no two signals share a bit, because they would change each other.
+  /// Checks that any two signals of the message have different bits. Otherwise a signal would change the
+  /// other one.
   void check_no_overlap() const {
     std::vector<std::uint8_t> taken(message_->length);
     for (const auto& [key, signal] : used_) {
@@ -157,8 +160,7 @@ class FrameCheck : Checked {
     if (role == "following_error") check_positions("following errors", -width_um, width_um, signal, codec);
   }
 
-  /// Returns true if the signal represents every integer exactly: each is in range and on a step of the
-  /// signal.
+  /// Returns true if the signal can represent every integer from `low` to `high` exactly.
   static bool holds_integers(const can::SignalCodec& codec, int low, int high) {
     std::array<std::uint8_t, 64> payload{};
     for (int value = low; value <= high; ++value)
@@ -202,8 +204,8 @@ class FrameCheck : Checked {
                   gate.drive_min, gate.drive_max, signal.name, low, high);
   }
 
-  /// Checks the range of the position signal: it must include positions outside the allowed range, which
-  /// otherwise could not trip the axis.
+  /// Checks that the range of the position signal includes all positions from `needed_low` to `needed_high`.
+  /// They exceed the allowed range, because only a position outside the allowed range can trip the axis.
   void check_positions(const char* what, double needed_low, double needed_high, const can::Signal& signal,
                        const can::SignalCodec& codec) const {
     const can::DecimalStep step = *can::decimal_step(signal.unit, "um");
@@ -240,7 +242,7 @@ class FrameCheck : Checked {
   }
 
   const AxisConfig& axis_;
-  bool has_standard_id_;  ///< false for all but one of the axes that share an amplifier node
+  bool has_standard_id_;  ///< true for only one of the axes that share a command message
   std::string path_;
   const char* part_;
   can::MessageMap map_;
@@ -274,7 +276,7 @@ void check_frames(const Checked& checked, std::size_t axis) {
 
 std::vector<std::string> protection_warnings(const Config& config) {
   std::vector<std::string> warnings;
-  std::set<std::string> judged;  // messages done so far; axes may share a message
+  std::set<std::string> judged;  // names of the messages checked so far, because axes may share a message
   for (const AxisConfig& axis : config.axes)
     for (const auto& [name, protection] : protections(axis.wire, config.database)) {
       if (!protection.crc || !judged.insert(name).second) continue;

@@ -87,7 +87,7 @@ class InstrumentCheck : Checked {
   const twin::Amplifier::Config& amplifier_;
 };
 
-/// Returns the latest end of the axis's command, counted from its SYNC.
+/// Returns the worst-case time from a SYNC to the end of the axis's command in the same cycle.
 can::Duration latest_command(const BusPlan& plan, const Config& config, const AxisConfig& axis) {
   const auto map = can::message_map_in<can::AmpCommand>(config.database, axis.wire);
   const std::string& name = can::find_message(config.database, *map).name;

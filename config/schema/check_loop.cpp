@@ -28,7 +28,8 @@ std::string text_of(const Margins& margins) {
                      margins.peak_sensitivity);
 }
 
-/// Sensitivity above which the loop amplifies a disturbance's error more than threefold.
+/// Peak sensitivity above which a warning is given: the loop amplifies the error of a disturbance more than
+/// threefold.
 constexpr double too_sensitive = 3.0;
 
 }  // namespace

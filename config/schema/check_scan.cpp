@@ -16,7 +16,7 @@ bool is_raster(const controller::Segment& segment) {
   return std::holds_alternative<controller::Raster>(segment.shape);
 }
 
-/// An axis with at least one raster.
+/// An axis whose reference has at least one raster. All axes of a scan must have equal rasters.
 class ScanAxis : Checked {
  public:
   ScanAxis(const Checked& checked, std::size_t index)
@@ -26,8 +26,8 @@ class ScanAxis : Checked {
       if (is_raster(segments[i])) rasters_.push_back(i);
   }
 
-  /// Checks the first transition: if the limits lengthen it, its duration depends on its start position, and
-  /// the scan would begin later by that time.
+  /// Checks that the reference limits never lengthen the first transition. A lengthened transition would
+  /// depend on the start position of the axis, and the axis would begin the scan later than the other axes.
   void check_first_way() const {
     const controller::AxisConfig& control = axis_.control;
     const controller::Segment& first = control.setpoint.front();
@@ -45,7 +45,7 @@ class ScanAxis : Checked {
            first.transition_s, least_s);
   }
 
-  /// Checks that the other axis has the same lines at the same time.
+  /// Checks that the rasters of the axis `other` have the same lines at the same times.
   void compare_with(const ScanAxis& other) const {
     if (rasters_.size() != other.rasters_.size())
       differ(list(), "rasters", rasters_.size(), other.rasters_.size(), other);
@@ -72,7 +72,7 @@ class ScanAxis : Checked {
     document.fail_at(path, fmt::format("{} is {}, expected {} as on axis {} of the same scan", what, here,
                                        there, other.axis_.wire.name));
   }
-  /// Returns the path of the list of segments.
+  /// Returns the path of the axis's list of segments in the configuration: "axis[0].control.setpoint".
   std::string list() const {
     const std::string first = path_of(config, axis_.control.setpoint.front());
     return first.substr(0, first.rfind('['));
@@ -102,7 +102,7 @@ class ScanAxis : Checked {
 
   const AxisConfig& axis_;
   controller::Trajectory reference_;
-  std::vector<std::size_t> rasters_;  ///< indices of segments
+  std::vector<std::size_t> rasters_;  ///< indices of the segments that are rasters
 };
 
 }  // namespace

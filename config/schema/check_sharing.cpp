@@ -10,11 +10,12 @@
 namespace hystcan::config {
 namespace {
 
-/// The checks of one message that an axis shares with preceding axes.
+/// Checks one message that an axis shares with preceding axes.
 template <class Payload>
 class SharingCheck : Checked {
  public:
-  /// `part` is "command", "status" or "sample"; `node` is the node that sends or receives the message.
+  /// `part` is the message's part in [axis.frames]: "command", "status" or "sample". `node` is the member
+  /// with the id of the node that sends or receives the message.
   SharingCheck(const Checked& checked, std::size_t index, const char* part, std::uint8_t can::AxisWire::*node)
       : Checked(checked), index_(index), part_(part), node_(node) {}
 
@@ -57,7 +58,8 @@ class SharingCheck : Checked {
     expect_same("data_id", map.data_id.number == theirs.data_id.number);
   }
 
-  /// Checks that the axes of a frame have separate signals. Only the SYNC counter may be shared.
+  /// Checks that this axis and the axis `other` use different bits of the message. They may share only the
+  /// SYNC counter.
   void check_signals(const can::Message& message, const can::MessageMap& map, std::size_t other) const {
     const can::MessageMap theirs = map_of(other);
     for (const auto& [role, signal] : map.signals)
@@ -84,7 +86,8 @@ class SharingCheck : Checked {
   std::uint8_t can::AxisWire::*node_;
 };
 
-/// Checks that only one axis writes the objects of a node.
+/// Checks that only one axis configures SDO objects of a node (the lists amplifier_setup and sensor_setup),
+/// if several axes share the node.
 void check_setups(const Checked& checked, std::size_t index) {
   const Config& config = checked.config;
   const auto check = [&](std::size_t first, const std::vector<can::SdoWrite>& setup) {
@@ -100,7 +103,7 @@ void check_setups(const Checked& checked, std::size_t index) {
 }  // namespace
 
 std::vector<std::string> command_warnings(const Config& config) {
-  std::map<std::string, std::set<std::string>> named;  // signals of all axes, by message
+  std::map<std::string, std::set<std::string>> named;  // for each command message, its signals that axes use
   for (const AxisConfig& axis : config.axes) {
     const can::MessageMap map = *can::message_map<can::AmpCommand>(axis.wire);
     std::set<std::string>& signals = named[map.message];

@@ -32,13 +32,13 @@ model::HysteresisParameters line_through(const AxisConfig& axis) {
   const controller::Supervisor::Config& limits = axis.control.supervision;
   model::Interval positions{limits.position_min_um, limits.position_max_um};
   if (!std::isfinite(positions.span())) positions = {0.0, 1.0};
-  const double margin = 0.1 * positions.span();  // distance of the line's ends from the limits at which a run
-                                                 // ends
+  const double margin = 0.1 * positions.span();  // keeps the line's ends away from the position limits, where
+                                                 // an axis faults
   positions = {positions.lo + margin, positions.hi - margin};
   return model::straight_line(axis.wire.drive_unit, "um", {gate.drive_min, gate.drive_max}, positions);
 }
 
-/// Builds a configuration from a document and the files that it names.
+/// Builds a configuration from a TOML document and from the files that the document names.
 class Loader {
  public:
   Loader(Document document, const ReadFiles& files, bool is_measured = true)
@@ -74,7 +74,7 @@ class Loader {
   }
 
  private:
-  /// Reads the document and the messages of its DBC.
+  /// Reads the document into config_, and the messages of the DBC file that it names.
   void read() {
     config_.file = document_.file();
     Reader reader(document_, document_.root(), "");
@@ -89,7 +89,8 @@ class Loader {
     }
   }
 
-  /// Returns the file named by this member. If it can't be read, the error has the place of the key.
+  /// Returns the path of the file that the member `name` of config_ names. Throws Error with the place of its
+  /// key if the file can't be read.
   std::filesystem::path file_named_by(const auto& name) const {
     std::filesystem::path file = document_.resolve(name);
     std::error_code ignored;
@@ -106,7 +107,8 @@ class Loader {
     return file;
   }
 
-  /// Returns the model file named by this member; nullopt: a straight line replaces it.
+  /// Returns the path of the model file that the member `name` names. Returns nullopt for a stage that is not
+  /// measured yet and whose file is missing: a straight line then replaces the model.
   std::optional<std::filesystem::path> model_named_by(const std::filesystem::path& name) const {
     if (!is_measured_ && (name.empty() || !std::filesystem::exists(document_.resolve(name))))
       return std::nullopt;
@@ -116,19 +118,21 @@ class Loader {
                       fmt::format("missing key model, expected in [axis{}]", table.substr(table.rfind('.'))));
   }
 
-  /// Returns true if the file or an override contains the key of this axis member.
+  /// Returns true if the file or an override sets the key of this member of the axis.
   bool is_given(const AxisConfig& axis, const Member& member) const {
     return document_.has(fmt::format("axis[{}].{}", &axis - config_.axes.data(), path_of(axis, member)));
   }
 
-  /// Sets the default polynomial for the message's length if the file leaves it out.
+  /// Sets the CRC polynomial of a message with CRC if the file does not set it. The default depends on the
+  /// length of the message.
   void choose_polynomial(const AxisConfig& axis, can::MessageMap& map) const {
     const can::Message* message = config_.database.find(map.message);
     if (message != nullptr && map.integrity == can::Integrity::counter_crc && !is_given(axis, map.polynomial))
       map.polynomial = can::usual_crc(message->length);
   }
 
-  /// Finds the axes named by the couplings of the axis `name`.
+  /// Sets the index of the coupled axis in each coupling of the axis `name`. Throws Error if the coupling
+  /// names no other axis.
   void resolve(const std::string& name, std::vector<model::Coupling>& couplings) const {
     for (model::Coupling& coupling : couplings) {
       const auto from = std::ranges::find(config_.axes, coupling.from,
@@ -140,7 +144,7 @@ class Loader {
     }
   }
 
-  /// Loads the controller's model and sets the values derived from it.
+  /// Loads the controller's model of the axis and sets the values that are derived from the model.
   void complete_control(AxisConfig& axis) {
     const auto file = model_named_by(axis.control_model);
     axis.control.law.model =
@@ -150,7 +154,8 @@ class Loader {
     controller::Delays& delays = axis.control.delays;
     set_mode(axis, file, delays.resonance_Hz, delays.damping_ratio);
     set_amplifier(axis, file, delays.amplifier_bandwidth_Hz, delays.sensor_s());
-    // If the file has no limit, transitions have a limit of their own, which derive() sets.
+    // A limit of 0 makes derive() set a default limit for the transitions. It is used if the file sets no
+    // limit.
     const controller::ReferenceLimits& limits = axis.control.reference_limits;
     controller::ReferenceLimits& of_transitions = axis.control.transition_limits;
     if (!is_given(axis, limits.slew_um_per_s)) of_transitions.slew_um_per_s = 0.0;
@@ -158,7 +163,7 @@ class Loader {
     derive(config_, static_cast<std::size_t>(&axis - config_.axes.data()));
   }
 
-  /// Loads the setpoint files and the twin's model.
+  /// Loads the setpoint files of the axis and the model of its twin.
   void complete_twin(AxisConfig& axis) {
     for (controller::Segment& segment : axis.control.setpoint)
       if (auto* table = std::get_if<controller::Table>(&segment.shape))
@@ -170,13 +175,13 @@ class Loader {
     set_mode(axis, file, plant.mode.natural_frequency_Hz, plant.mode.damping_ratio);
     set_amplifier(axis, file, plant.amplifier.bandwidth_Hz,
                   std::chrono::duration<double>(axis.twin.sensor.delay).count());
-    // A free-running sensor without a configured rate takes one sample per cycle by its own clock.
+    // A sensor with a clock of its own takes one sample per cycle, if the file does not set sample_rate_Hz.
     if (double& rate_Hz = axis.twin.sample_clock.rate_Hz; rate_Hz == 0.0)
       rate_Hz = config_.controller.rate_Hz;
   }
 
-  // Missing keys are replaced by the dynamics of the axis's model file, which is only read if a key is
-  // missing.
+  // The functions below set the values of missing keys from [dynamics] in the model file of the axis. The
+  // model file is only read if a key is missing.
   using File = std::optional<std::filesystem::path>;
 
   void set_mode(const AxisConfig& axis, const File& model, double& resonance_Hz,
@@ -186,7 +191,8 @@ class Loader {
     if (const auto dynamics = dynamics_for(axis, model, damping_ratio))
       damping_ratio = dynamics->mode.damping_ratio;
   }
-  /// Sets the amplifier's lag: the part of the delay that is not the sensor's.
+  /// Sets the bandwidth of the amplifier if its key is missing: its lag is the delay of the model minus the
+  /// delay of the sensor.
   void set_amplifier(const AxisConfig& axis, const File& model, double& bandwidth_Hz, double sensor_s) const {
     const auto dynamics = dynamics_for(axis, model, bandwidth_Hz);
     if (!dynamics) return;
@@ -197,7 +203,8 @@ class Loader {
                                dynamics->delay_s, sensor_s));
     bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s);
   }
-  /// Returns the dynamics of the model file for a missing key; nullopt if the file has the key.
+  /// Returns the dynamics of the model file if the key of `value` is missing; nullopt if the key is set.
+  /// Throws Error if both are missing.
   std::optional<model::Dynamics> dynamics_for(const AxisConfig& axis, const File& model,
                                               const double& value) const {
     if (is_given(axis, value)) return std::nullopt;
@@ -282,7 +289,8 @@ void derive(Config& config, std::size_t i) {
   if (std::isfinite(limits.acceleration_um_per_s2))
     limits.acceleration_um_per_s2 = usual.acceleration_um_per_s2;
   const double mode_period_s = 1.0 / control.delays.resonance_Hz;
-  // The turnarounds of a shape avoid exciting the mode.
+  // Sets the period of the mechanical mode in each segment with turnarounds: the turnarounds must not excite
+  // the mode.
   for (controller::Segment& segment : control.setpoint) {
     if (auto* triangle = std::get_if<controller::Triangle>(&segment.shape))
       triangle->mode_period_s = mode_period_s;
@@ -312,7 +320,7 @@ std::string echo(const std::filesystem::path& file, const std::vector<Setting>& 
   const Document document = Document(file).with(overrides);
   Config config = Loader(document, {}).as_written();
   Writer writer(Writer::Layout::plain, [&](const Setting& key, bool /*is_required*/) {
-    const bool is_given = key.value.empty() || document.has(key.path);  // an empty value: a table
+    const bool is_given = key.value.empty() || document.has(key.path);  // a table has an empty value
     return std::optional<std::string>(is_given ? "" : "default");
   });
   visit(writer, config);

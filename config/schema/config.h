@@ -1,7 +1,7 @@
-// The configuration of controller and twin: one TOML file, and the model files and the DBC that it names.
+// The configuration of controller and twin: a TOML file, and the model files and the DBC file that it names.
 //
-// Each part of the program has its own configuration structs. This folder reads them, checks them against
-// each other and prints them. docs/configuration.md lists the keys.
+// Each part of the program has its own configuration structs. The code in this folder reads the structs,
+// checks that they agree, and prints them. docs/configuration.md lists the keys.
 #pragma once
 
 #include <algorithm>
@@ -25,26 +25,26 @@
 
 namespace hystcan::config {
 
-inline constexpr double rate_max_Hz = 10'000.0;  ///< maximum of `controller.rate_Hz`
+inline constexpr double rate_max_Hz = 10'000.0;  ///< maximum of the key `controller.rate_Hz`
 
-inline constexpr std::string_view control_key = "control";    ///< key of the table [axis.control]
-inline constexpr std::string_view setpoint_key = "setpoint";  ///< key of the list of segments in it
+inline constexpr std::string_view control_key = "control";    ///< name of the table [axis.control]
+inline constexpr std::string_view setpoint_key = "setpoint";  ///< name of the list [[axis.control.setpoint]]
 
 struct BusConfig {
   std::string interface = "vcan0";
   std::uint32_t bitrate_bit_per_s = 1'000'000;
   std::uint32_t data_bitrate_bit_per_s = 0;  ///< bit rate of the data phase of CAN FD; 0: no bit-rate switch
   std::filesystem::path dbc;
-  /// Sum of two times: from receiving a SYNC to queueing the sample (sensor), and from receiving the sample
-  /// to queueing the command (controller).
+  /// Sum of two processing times: in the sensor, from receiving a SYNC to queueing the sample; in the
+  /// controller, from receiving the sample to queueing the command.
   can::Duration turnaround{std::chrono::microseconds(50)};
 
-  unsigned background_slots = 0;  ///< slots for heartbeats and statuses (can::is_in_slot); 0: none
+  unsigned background_slots = 0;  ///< number of slots for heartbeats and statuses (can::is_in_slot); 0: none
 
   can::BitRates rates() const { return {bitrate_bit_per_s, data_bitrate_bit_per_s}; }
 };
 
-/// One axis: its control, and its simulated or analogue devices.
+/// The configuration of one axis: its control, its simulated devices and, if present, its analogue devices.
 struct AxisConfig {
   can::AxisWire wire;
   std::filesystem::path control_model;
@@ -56,14 +56,14 @@ struct AxisConfig {
   std::optional<node::AnalogueConfig> analogue{};
 };
 
-/// [record]: runs on disk (runs/recorder.h).
+/// The table [record] of the configuration: how the controller records runs on disk (runs/recorder.h).
 struct RecordConfig {
   std::filesystem::path folder = "hystcan-runs";  ///< folder of the runs; relative to the working directory
-  bool at_start = false;                          ///< false: recording starts by command
+  bool at_start = false;  ///< true: recording starts with the program; false: by command
   bool bus_log = false;
-  double part_MB = 256.0;                          ///< size of a CSV at which the next part begins
-  can::Duration part_time{std::chrono::hours(1)};  ///< age of a CSV at which the next part begins
-  double limit_GB = 20.0;                          ///< maximum size of the folder
+  double part_MB = 256.0;                          ///< size of a CSV at which the run's next CSV begins
+  can::Duration part_time{std::chrono::hours(1)};  ///< age of a CSV at which the run's next CSV begins
+  double limit_GB = 20.0;                          ///< maximum total size of the runs in the folder
 };
 
 struct Config {
@@ -73,41 +73,44 @@ struct Config {
   RecordConfig record;
   twin::CommonConfig twin;
   std::vector<AxisConfig> axes;
-  std::vector<controller::RestingAxis> resting{};  ///< axes of the file that are not controlled
+  std::vector<controller::RestingAxis> resting{};  ///< axes of the file that the controller does not control
   can::Database database;
 };
 
 std::vector<std::string> axis_names(const Config& config);
 
-/// Returns the part of the configuration for the controller.
+/// Returns the part of the configuration that the controller needs.
 controller::Config controller_config(const Config& config);
-/// Returns the part of the configuration for the twin.
+/// Returns the part of the configuration that the twin needs.
 twin::Config twin_config(const Config& config);
-/// Returns the axes with [axis.analogue]. The node accepts the drives of [axis.control].
+/// Returns the axes with the table [axis.analogue]. Their drive range is the drive range of [axis.control].
 std::vector<node::WiredAnalogueAxis> analogue_axes(const Config& config);
 
-/// Reads and checks `file` and all files that it names; files in the cache `files` are read only if they
-/// changed. The overrides replace values of `file`. Throws Error.
+/// Reads and checks a configuration, and all files that the configuration names. `overrides` replace values
+/// of `file`. Files in the cache `files` are read only if they changed. Throws Error if a file is invalid.
 Config load(const std::filesystem::path& file, const std::vector<Setting>& overrides = {},
             const ReadFiles& files = {});
 
-/// Like load(), with this text as the content of `file`, which need not exist.
+/// Checks a configuration like load(), but its text is `text`. `file` is only the base of relative paths and
+/// the name in messages; the file itself may be missing.
 Config load_text(const std::filesystem::path& file, std::string_view text);
 
-/// Like load(), for a stage that is not measured yet: a straight line through the drives and positions of an
-/// axis replaces its model (or that of its twin) if the file is missing or not named.
+/// Loads a configuration like load(), but for a stage that is not measured yet. If a model file of an axis is
+/// missing or not named, a straight line over the drives and positions of the axis replaces the model.
 Config load_unmeasured(const std::filesystem::path& file);
 
-/// Reads the configuration with the values in the file, its models and the messages of its DBC; resolves no
-/// paths and checks nothing between the keys.
+/// Reads a configuration with the values as they are in the file, the models of the controller and the
+/// messages of the DBC. Does not make relative paths absolute, and does not check that keys agree with each
+/// other.
 Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides = {},
                        const ReadFiles& files = {});
 
-/// Updates the values derived from model, delays and reference after an axis was changed in memory: the
-/// limits of its transitions, and the turnarounds. Does not redesign the filters.
+/// Updates the derived values of an axis after its model, delays or reference changed in memory: the limits
+/// of its transitions, and the turnarounds of its reference. Does not design the filters again.
 void derive(Config& config, std::size_t axis);
 
-/// Returns the configuration in force as TOML, with a mark at each default value. Throws Error.
+/// Returns the configuration in force as TOML text. The comment "default" marks each value that the file does
+/// not set. Throws Error if the configuration is invalid.
 std::string echo(const std::filesystem::path& file, const std::vector<Setting>& overrides = {});
 
 }  // namespace hystcan::config

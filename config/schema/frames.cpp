@@ -7,7 +7,7 @@
 namespace hystcan::config {
 namespace {
 
-/// A role, and the function that is lost without it.
+/// The name of a role, and a sentence about the function that is lost if no signal has this role.
 using Loss = std::pair<const char*, const char*>;
 
 constexpr Loss command_losses[] = {
@@ -40,8 +40,8 @@ void add(std::vector<std::string>& lines, const std::string& place, const can::M
     lines.push_back(place + "no CRC: damage to a frame outside the bus (in node or gateway) is not detected");
 }
 
-/// Returns the maps of command and sample and, if they exist, of amplifier status, controller status,
-/// setpoint and scan marker.
+/// Returns the message maps of an axis: command and sample; and, if they exist, amplifier status, controller
+/// status, setpoint and scan marker.
 std::vector<can::MessageMap> maps_of(const can::AxisWire& axis, const can::Database& database) {
   std::vector<can::MessageMap> maps;
   for (auto& map :

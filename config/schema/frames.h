@@ -1,5 +1,6 @@
-// The frames of an axis: their messages, their protection, and the functions that are lost if a role of the
-// lab's own frames has no signal.
+// The CAN frames of an axis: their messages and their protection (counter, CRC). An axis has the standard
+// frames or the lab's own frames. If the lab's own frames lack a signal for a role, such as "enable", a
+// function is lost.
 #pragma once
 
 #include <string>
@@ -11,27 +12,29 @@
 
 namespace hystcan::config {
 
-/// Returns true for the roles without which control is impossible.
+/// Returns true for a role that the frames must have, because control is impossible without it.
 inline bool must_be_carried(std::string_view role) { return role == "setpoint" || role == "position"; }
 
 /// Returns true if the amplifier's status reports both that it is enabled and that it has tripped.
 bool reports_state(const can::AxisWire& axis);
 
-/// Returns the functions that the controller lacks, one sentence each; empty for the standard frames.
+/// Returns a sentence for each function that is lost because the axis's frames lack a signal. The result is
+/// empty for the standard frames.
 std::vector<std::string> losses(const can::AxisWire& axis);
 
-/// Returns the axis's messages in the database, standard or the lab's own.
+/// Returns the messages of the axis in the database, which are the standard messages or the lab's own.
 std::vector<const can::Message*> messages_of(const can::AxisWire& axis, const can::Database& database);
 
-/// Returns the names of the axis's messages that are CAN FD.
+/// Returns the names of those messages of the axis that are sent as CAN FD.
 std::vector<std::string> fd_messages(const can::AxisWire& axis, const can::Database& database);
-/// Returns the CAN FD messages of all axes, each once.
+/// Returns the names of the CAN FD messages of all axes, each name once.
 std::vector<std::string> fd_messages(const Config& config);
 
-/// Returns a mask of the signal's bits in its message, by bytes.
+/// Returns the bits that the signal occupies in its message, as a mask for each byte.
 std::vector<std::uint8_t> bits_of(const can::Message& message, const can::Signal& signal);
 
-/// Returns the first axis with the same message `Payload` in [axis.frames] as axis i; i if there is none.
+/// Returns the index of the first axis that shares the message `Payload` with axis `i`. Returns `i` if no
+/// earlier axis shares it. Only axes with their own frames ([axis.frames]) can share a message.
 template <class Payload>
 std::size_t first_sharing(const Config& config, std::size_t i) {
   const auto map = can::message_map<Payload>(config.axes[i].wire);
@@ -42,7 +45,7 @@ std::size_t first_sharing(const Config& config, std::size_t i) {
   return i;
 }
 
-/// Returns the protection (counter, CRC) of the axis's messages, standard or the lab's own.
+/// Returns the protection (counter, CRC) of each message of the axis, by the name of the message.
 can::Protections protections(const can::AxisWire& axis, const can::Database& database);
 
 }  // namespace hystcan::config

@@ -14,14 +14,14 @@
 namespace hystcan::config {
 namespace {
 
-/// The requirements of one segment of the reference.
+/// What one segment of the reference demands from the axis: positions, slew of the drive, jumps.
 struct SegmentNeeds {
   double lowest_um = std::numeric_limits<double>::infinity();
   double highest_um = -std::numeric_limits<double>::infinity();
-  double slew_per_s = 0.0;  ///< slew of the drive, drive units per second
-  double motion_um = 0.0;   ///< motion in one cycle
-  double step_um = 0.0;     ///< height of a jump from level to level
-  std::string place{};      ///< "axis x, setpoint[1]"
+  double slew_per_s = 0.0;  ///< highest slew of the drive, drive units per second
+  double motion_um = 0.0;   ///< largest motion of the reference in one cycle
+  double step_um = 0.0;     ///< largest step between two levels
+  std::string place{};      ///< place of the segment for messages: "axis x, setpoint[1]"
 };
 
 std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double rate_Hz) {
@@ -48,7 +48,7 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
   std::vector<SegmentNeeds> needs(axis.setpoint.size());
   const auto cycles = static_cast<std::size_t>(std::min(reference.length_s() * rate_Hz, most_cycles));
   double last_um = memory.output, last_drive = memory.input;
-  bool follows_segment = false;  // the last cycle was in a segment, not in a transition
+  bool follows_segment = false;  // true if the last cycle was in a segment and not in a transition
   for (std::size_t n = 0; n < cycles; ++n) {
     const double t_s = static_cast<double>(n) / rate_Hz;
     const controller::Trajectory::Point point = reference.at(t_s);
@@ -113,7 +113,7 @@ void warn_of_jump(const AxisConfig& axis, const SegmentNeeds& needs, std::vector
         needs.place, needs.step_um, following.error_um, following.cycles));
 }
 
-/// Returns the highest frequency of a periodic shape; 0 if it is not periodic.
+/// Returns the highest frequency of a reference shape; 0 if the shape has no frequency.
 double highest_frequency_Hz(const controller::Shape& shape) {
   return std::visit(
       [](const auto& s) {
@@ -126,7 +126,7 @@ double highest_frequency_Hz(const controller::Shape& shape) {
 
 void warn_of_rate(const controller::Shape& shape, double rate_Hz, const std::string& place,
                   std::vector<std::string>& warnings) {
-  constexpr double fewest_cycles = 4.0;  // minimum cycles in a period
+  constexpr double fewest_cycles = 4.0;  // minimum number of control cycles in a period of the shape
   const double frequency_Hz = highest_frequency_Hz(shape);
   if (rate_Hz < fewest_cycles * frequency_Hz)
     warnings.push_back(fmt::format(
@@ -135,9 +135,10 @@ void warn_of_rate(const controller::Shape& shape, double rate_Hz, const std::str
         place, frequency_Hz, rate_Hz, rate_Hz / frequency_Hz, rate_Hz / fewest_cycles));
 }
 
-/// Warns of a range far beyond those of model and twin, which is probably a typing error.
+/// Adds a warning if the drive range of the axis extends far beyond the range of the model or of the twin.
+/// Such a range is probably a typing error.
 void warn_of_range(const AxisConfig& axis, std::vector<std::string>& warnings) {
-  constexpr double far = 0.25;  // relative to the other range
+  constexpr double far = 0.25;  // allowed excess, as a share of the range of model or twin
   const controller::Gate::Config& gate = axis.control.gate;
   const twin::Amplifier::Config& amplifier = axis.twin.plant.amplifier;
   const auto warn = [&](const char* whose, double min, double max) {

@@ -1,4 +1,4 @@
-// Warnings about setpoints that exceed the limits of their axis.
+// Computes warnings about setpoints that exceed the limits of their axis.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@
 
 namespace hystcan::config {
 
-/// Returns one line for each range, limit and segment if the setpoints exceed the limits of the axis, or if
-/// its drive range extends far beyond the ranges of model and twin: "axis x, setpoint[1]: ...", with the
-/// remedy. Not an error: the gate and the supervision enforce the limits while the axis runs, but the axis
-/// then does not follow, or it faults.
+/// Returns a warning for each segment and each limit that the segment exceeds, and for a drive range that
+/// extends far beyond the range of model or twin. A warning has place, problem and remedy: "axis x,
+/// setpoint[1]: ...". These are no errors, because the controller enforces the limits while the axis runs.
+/// But then the axis does not follow the setpoint, or it faults.
 ///
-/// Simulates one pass of the reference at rate_Hz, without dynamics except for those of plant_inverse: the
-/// inverse of the model gives the drive of each cycle. The drive begins at the lower threshold, where the
-/// start-up ends. A jump from level to level counts as a jump, not as a slew. Only the first two million
-/// cycles of a reference are examined.
+/// The function simulates one pass of the reference at rate_Hz. The inverse of the hysteresis model gives the
+/// drive of each cycle; of the dynamics, only plant_inverse is simulated. The drive begins at the lower
+/// threshold, where the start-up ends. A step between two levels counts as a jump and not as a slew. Only the
+/// first two million cycles of a reference are examined.
 std::vector<std::string> setpoint_warnings(const Config& config);
 
 }  // namespace hystcan::config

@@ -19,7 +19,8 @@ std::map<std::string, std::string> by_path(const std::vector<Setting>& settings)
   return result;
 }
 
-/// Returns defaults with the same number of axes and segments, of the same kinds, without optional tables.
+/// Returns a configuration of defaults that has as many axes and segments of the same kinds as `config`, but
+/// no optional tables.
 Config defaults_of(const Config& config) {
   Config defaults;
   for (const AxisConfig& axis : config.axes) {
@@ -32,13 +33,13 @@ Config defaults_of(const Config& config) {
   return defaults;
 }
 
-/// Removes const for a Writer, which changes nothing of the visited value.
+/// Returns the value without const, as visit() requires it. A Writer does not change the value.
 template <class T>
 T& visited(const T& value) {
   return const_cast<T&>(value);
 }
 
-/// Calls `take` with each key and table.
+/// Calls `take` with each key and each table of a configuration struct.
 template <class T>
 void for_each_key(const T& value, Writer::Layout layout, const std::function<void(const Key&)>& take) {
   Writer writer(layout, [&](const Key& key, bool /*is_required*/) {
@@ -48,7 +49,7 @@ void for_each_key(const T& value, Writer::Layout layout, const std::function<voi
   visit(writer, visited(value));
 }
 
-/// Returns the keys that have a value.
+/// Returns the keys of a configuration struct that have a value. Tables have none.
 template <class T>
 std::vector<Setting> keys_of(const T& value, Writer::Layout layout) {
   std::vector<Setting> result;
@@ -113,7 +114,7 @@ std::string file_text(const Config& config, const std::map<std::string, std::str
     return is_required || !is_usual ? std::optional<std::string>("") : std::nullopt;
   });
   visit(writer, visited(config));
-  return fmt::format("{}{}", format_line, writer.text());  // the text begins with an empty line
+  return fmt::format("{}{}", format_line, writer.text());  // writer.text() begins with an empty line
 }
 
 std::string control_text(const AxisConfig& axis, const Remark& remark) {

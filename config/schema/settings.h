@@ -1,5 +1,5 @@
-// The configuration as a flat list with one setting per key, and the changes between two lists; the
-// configuration as the text of a file.
+// Converts a configuration into a flat list with one setting per key, or into the text of a file. Also finds
+// the changes between two lists of settings.
 #pragma once
 
 #include <filesystem>
@@ -12,23 +12,24 @@
 
 namespace hystcan::config {
 
-/// Returns all keys in force by name, defaults included, with the values in the file. Throws Error.
+/// Returns all keys of the configuration in `file`, sorted by path, with their values. Defaults are included.
+/// Throws Error if the configuration is invalid.
 std::vector<Setting> settings(const std::filesystem::path& file, const std::vector<Setting>& overrides = {},
                               const ReadFiles& files = {});
-/// Returns the keys of a configuration in memory, with their values as in a file.
+/// Returns the keys of a configuration in memory, with their values as they would be written in a file.
 std::vector<Setting> settings(const Config& config);
-/// Returns the keys of [axis.control.delays].
+/// Returns the keys of the table [axis.control.delays] with their values.
 std::vector<Setting> settings(const controller::Delays& delays);
 
-/// Returns the keys that can change while the controller runs, including keys that are not in the file.
+/// Returns all keys that can change while the controller runs. Keys that the file does not set are included.
 std::vector<Key> running_keys(const Config& config);
 
-/// Returns the path of the key or table with this member: "axis[0].control.kp". Throws std::logic_error if no
-/// `visit` contains the member.
+/// Returns the path of the key or table that sets this member of the configuration: "axis[0].control.kp".
+/// Throws std::logic_error if no key sets the member.
 std::string path_of(const Config& config, const Member& member);
-/// Returns the path within an axis: "control.kp".
+/// Returns the path of the key that sets this member, relative to the axis: "control.kp".
 std::string path_of(const AxisConfig& axis, const Member& member);
-/// Returns only the key: "kp".
+/// Returns the name of the key that sets this member, without its path: "kp".
 std::string key_of(const AxisConfig& axis, const Member& member);
 
 struct Change {
@@ -39,19 +40,22 @@ struct Change {
 };
 std::vector<Change> changes(const std::vector<Setting>& before, const std::vector<Setting>& after);
 
-/// Returns "axis[0].control.kp: 0.05 -> 0.08".
+/// Returns the change in words, for example "axis[0].control.kp: 0.05 -> 0.08".
 std::string describe(const Change& change);
 
-/// Returns the text of a file: the required keys, the keys that differ from their defaults, and the keys
-/// whose path has a remark, which may be empty.
+/// Returns the text of a configuration file. It has the required keys, the keys that differ from their
+/// defaults, and the keys with a remark. `remarks` maps the path of a key to the comment after its value,
+/// which may be empty.
 std::string file_text(const Config& config, const std::map<std::string, std::string>& remarks);
 
-/// Returns the keys of [axis.control] that have a remark; their paths begin with "axis.control".
+/// Returns the text of the table [axis.control] with the keys for which `remark` returns a comment. The paths
+/// of the keys begin with "axis.control".
 std::string control_text(const AxisConfig& axis, const Remark& remark);
 
 class TomlEdit;
-/// Changes the text of configuration `before` into the text of `after`. An unchanged key keeps its line.
-/// Comments out a key that was removed, a low pass that is now zero, and a table without keys.
+/// Changes `text`, the file of the configuration `before`, so that it describes the configuration `after`.
+/// The lines of unchanged keys stay as they are. Comments out a key that `after` lacks, a low-pass filter
+/// that is now zero, and a table whose keys are all removed.
 void edit(TomlEdit& text, const Config& before, const Config& after);
 
 }  // namespace hystcan::config

@@ -1,5 +1,5 @@
-// The keys of [twin] and [axis.twin]: one `visit` for each struct. config/schema/check.h has the checks
-// between them.
+// The keys of the configuration tables [twin] and [axis.twin]. A function `visit` lists the keys of each
+// struct. config/schema/check.h checks that the keys agree with each other.
 #pragma once
 
 #include <string>
@@ -8,7 +8,7 @@
 
 namespace hystcan::config {
 
-/// Keys of [[axis.control.coupling]], [[axis.twin.coupling]].
+/// Lists the keys of [[axis.control.coupling]] and [[axis.twin.coupling]].
 template <class V>
 void visit(V& v, model::Coupling& c) {
   v.required("from", c.from, any, {"axis that moves this one"});
@@ -16,10 +16,10 @@ void visit(V& v, model::Coupling& c) {
              {"position of this axis per um of the other one"});
 }
 
-/// Stands for any drive unit where all keys are described.
+/// Placeholder for the drive unit, V or A, in the description of the keys for the documentation.
 inline constexpr std::string_view any_drive_unit = "<U>";
 
-/// Keys of the amplifier's load; they depend on the drive unit, V or A.
+/// Lists the keys of the amplifier's load. They depend on the drive unit, V or A.
 template <class V>
 void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifier) {
   if (unit == "V" || unit == any_drive_unit) {
@@ -37,7 +37,7 @@ void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifie
   v.optional("load_ohm", amplifier.load_ohm, not_negative, {"a resistance, see below"});
 }
 
-/// Keys of the amplifier except range, slew and bandwidth.
+/// Lists the keys of the simulated amplifier, except range, slew and bandwidth (see visit_twin()).
 template <class V>
 void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   twin::Amplifier::Config& amplifier = t.plant.amplifier;
@@ -60,7 +60,7 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
              {"duration of the linear ramp to the setpoint after that; the state is \"enabled\" at its end"});
 }
 
-/// Keys of [axis.twin.sensor] except white noise and resolution.
+/// Lists the keys of [axis.twin.sensor]. The keys noise_um_rms and resolution_um are in [axis.twin].
 template <class V>
 void visit_sensor(V& v, twin::AxisConfig& t) {
   twin::Sensor::Config& sensor = t.sensor;
@@ -72,7 +72,7 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
              {"age of the position that the sensor reads"});
   v.optional("drift_um_per_h", sensor.drift_um_per_h, any, {"linear drift since the start of the twin"});
   v.optional("gain_error_percent", sensor.gain_error_percent, {.lo = -300.0, .hi = 300.0},
-             {"gain error in percent of the position; -200: a reversed sensor"});  // -200: reversed
+             {"gain error in percent of the position; -200: a reversed sensor"});
   v.optional("offset_um", sensor.offset_um, any, {"constant error"});
   v.optional("nonlinearity_percent", sensor.nonlinearity_percent, {.lo = -10.0, .hi = 10.0},
              {"nonlinearity in percent of the range"});
@@ -86,7 +86,8 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
              {"error of the sensor's own clock; positive: fast"});
 }
 
-/// Keys of [axis.twin.second_mode], [axis.twin.creep], [axis.twin.temperature], [[axis.twin.coupling]].
+/// Lists the keys of [axis.twin.second_mode]. The functions below list the keys of [axis.twin.creep] and
+/// [axis.twin.temperature].
 template <class V>
 void visit(V& v, twin::SecondMode& second) {
   v.required("resonance_Hz", second.mode.natural_frequency_Hz, positive, {"a second mechanical mode"});
@@ -112,16 +113,15 @@ void visit(V& v, twin::Temperature& temperature) {
              {"relative change of the stroke, less than 1 / `swing_K`"});
 }
 
-/// Keys of [axis.twin]: the physical axis.
+/// Lists the keys of [axis.twin], which describe the simulated axis.
 template <class V>
 void visit_twin(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   twin::AxisConfig& t = axis.twin;
   v.takes_effect(Effect::on_nodes);
-  v.optional("model", axis.twin_model, any,
-             {"the twin's own model file, of any kind", "required"});  // as in [axis.control]
+  v.optional("model", axis.twin_model, any, {"the twin's own model file, of any kind", "required"});
   v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive,
-             {"mechanical mode", "of the model"});  // default in the model file, like bandwidth_Hz
+             {"mechanical mode", "of the model"});
   v.optional("damping_ratio", t.plant.mode.damping_ratio, not_negative,
              {"damping ratio of the mode", "of the model"});
   v.required("drive_min_" + unit, t.plant.amplifier.drive_min, any, {"lowest output of the amplifier"});
@@ -146,7 +146,7 @@ void visit_twin(V& v, AxisConfig& axis) {
   v.optional_list("coupling", t.couplings, plain);
 }
 
-/// Keys of [[twin.fault]]; they depend on the kind.
+/// Lists the keys of [[twin.fault]]. They depend on the kind of fault.
 template <class V>
 void visit(V& v, twin::FaultSpec& f) {
   v.required("kind", f.kind, any,
@@ -166,7 +166,7 @@ void visit(V& v, twin::FaultSpec& f) {
              {"period of a repeated fault, more than `duration_s`; 0: once"});
 }
 
-/// Keys of [twin.random_faults].
+/// Lists the keys of [twin.random_faults].
 template <class V>
 void visit(V& v, twin::RandomFaults& r) {
   v.optional("seed", r.seed, any, {"the same seed gives the same faults"});

@@ -21,7 +21,8 @@ void add_message(can::Database& database, const can::MessageMap& map, std::uint3
   message.bit_rate_switch = fd;
 }
 
-/// Replaces the axis's standard messages by shared ones. For the first axis, adds them to the database.
+/// Replaces the standard messages of an axis by messages that all axes share. The call for the first axis
+/// also adds the shared messages to the database.
 void share_messages(Config& config, can::AxisWire& wire, std::size_t axes) {
   wire.frames = can::AxisFrames{.command = {.message = "AmpCommand"},
                                 .status = can::MessageMap{.message = "AmpStatus"},
@@ -60,8 +61,8 @@ Config wired_as(Wiring wiring, std::size_t axes, const Config& config) {
     wired.controller.node = slots;
   }
   const std::size_t slot_spacing =
-      wiring == Wiring::fd_slots ? slots / 3 : 1;  // sensor, amplifier, controller
-  // Returns node ids from 1, without the controller's.
+      wiring == Wiring::fd_slots ? slots / 3 : 1;  // three nodes: sensor, amplifier, controller
+  // Returns the id of the node number `place`, from 0. The ids begin at 1 and omit the id of the controller.
   const auto node = [&](std::size_t place) {
     const std::size_t number = slot_spacing * (place + 1);
     return static_cast<std::uint8_t>(number < wired.controller.node ? number : number + 1);

@@ -1,4 +1,4 @@
-// Puts axes into frames of several kinds, to compare the bus load.
+// Builds configurations that send the same axes in different kinds of CAN frames, to compare the bus load.
 #pragma once
 
 #include <cstddef>
@@ -8,18 +8,19 @@
 
 namespace hystcan::config {
 
-/// How axes are put into frames.
+/// The kind of CAN frames in which axes are sent.
 enum class Wiring : std::uint8_t {
-  classical,  ///< the standard frames of 8 bytes; two nodes for each axis
-  fd,         ///< like `classical`, as CAN FD with bit-rate switch
-  fd_shared,  ///< all axes share three frames: samples, commands, statuses; one sensor and one amplifier
-  fd_slots    ///< like `fd_shared`; the three nodes of the bus have slots eight cycles apart
+  classical,  ///< each axis has its own standard frames of 8 bytes and two nodes; classical CAN
+  fd,         ///< each axis has its own frames of 8 bytes and two nodes; CAN FD with bit-rate switch
+  fd_shared,  ///< all axes share three CAN FD frames (samples, commands, statuses) and two nodes
+  fd_slots    ///< as fd_shared; heartbeats and statuses are sent in slots, which are eight cycles apart
 };
 
-/// Returns a configuration with `axes` copies of the first axis on the same bus and nothing else: samples,
-/// commands, statuses, axis statuses, heartbeats. A frame that n axes share has 4 + 3 n bytes: SYNC counter,
-/// counter, CRC-16, and, for each axis, 24 bits of position; of setpoint and flags; or of output, state and
-/// fault. If the bus has no data bit rate, CAN FD uses 5 Mbit/s.
+/// Returns a configuration with `axes` copies of the first axis on one bus. The bus has only samples,
+/// commands, amplifier statuses, controller statuses and heartbeats. A frame that n axes share has 4 + 3 n
+/// bytes: a SYNC counter, a counter, a CRC-16, and 24 bits for each axis. The 24 bits are the position in a
+/// sample; setpoint and flags in a command; output, state and fault in a status. If the bus has no data bit
+/// rate, CAN FD uses 5 Mbit/s, or the bit rate if that is higher.
 Config wired_as(Wiring wiring, std::size_t axes, const Config& config);
 
 }  // namespace hystcan::config
