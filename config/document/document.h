@@ -238,7 +238,7 @@ class Writer {
     columns,  ///< layout of a file: equals signs and comments are aligned; floating-point numbers have a
               ///< decimal point
     model,    ///< layout of a model file: numbers have limited digits, descriptions are comments
-    schema  ///< calls the remark for every key and table, including those that other layouts omit; no values
+    schema    ///< only calls the Remark, for all keys and tables, also if another layout would omit them
   };
   /// `table` is the TOML name of the table that contains the struct's keys; empty for the root of the file.
   Writer(Layout layout, Remark remark, std::string table = {})
@@ -249,8 +249,8 @@ class Writer {
     line(key, value, text_of(key, value, about.digits), true, about, choices_of<T>(), range);
   }
   /// Writes an optional key. Omits an infinite number, an empty text or an empty list of words. If `about`
-  /// names a value that replaces a missing key (About::otherwise), the remark is told that the key is
-  /// required, except for a word or a list of words.
+  /// names a value that replaces a missing key (About::otherwise), the Remark gets is_required = true, except
+  /// for a word or a list of words.
   template <class T>
   void optional(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     bool is_left_out = false;

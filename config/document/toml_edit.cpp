@@ -86,7 +86,7 @@ std::string aligned(const std::string& key, const std::string& value, std::strin
 /// The result of find(): the parts of a path, and the TOML nodes of those parts that exist.
 struct TomlEdit::Place {
   std::vector<std::string> parts;
-  std::vector<const toml::node*> nodes;  ///< the root, then one for each part that exists
+  std::vector<const toml::node*> nodes;  ///< the root node, then the node of each part that exists
   bool within_inline = false;            ///< true if the last node is in an inline table or a list of values
 
   bool is_complete() const { return nodes.size() == parts.size() + 1; }

@@ -137,9 +137,8 @@ Actuator Actuator::load(const std::filesystem::path& file, bool beyond_limit) {
 
 Actuator Actuator::quasi_static() const {
   Actuator hysteresis_only = *this;
-  hysteresis_only.model = std::make_shared<const model::AnyModel>(
-      *model);  // a new pointer, so that a memory of the whole actuator
-                // is not used with this actuator
+  // A new pointer makes sure that a memory of the whole actuator is not used with this actuator.
+  hysteresis_only.model = std::make_shared<const model::AnyModel>(*model);
   hysteresis_only.lag = {.delay_s = lag.delay_s};
   return hysteresis_only;
 }

@@ -47,8 +47,8 @@ class ActuatorMemory {
   bool creeps() const { return creep_.has_value(); }
   double input() const;
   double output() const;
-  std::optional<double> time_s()
-      const;  ///< time of the last row; nullopt without creep or before the first row
+  /// Returns the time of the last row; nullopt if the model has no creep, or before the first row.
+  std::optional<double> time_s() const;
   model::Interval reachable() const;
   /// Returns the inputs at the stored turning points, oldest first; empty for a model of play operators.
   std::vector<double> turning_inputs() const;

@@ -125,8 +125,7 @@ class ColumnSelector {
   // Selects the user's columns: TIME,INPUT,OUTPUT or TIME,INPUT,TIME,OUTPUT; with --rate: INPUT,OUTPUT.
   void by_user() {
     std::vector<std::string> named = named_columns();
-    const std::size_t first =
-        named.size() == 2 && layout_.rate_Hz ? 1 : 0;  // 1: the user names no time column
+    const std::size_t first = named.size() == 2 && layout_.rate_Hz ? 1 : 0;  // 1: no time column is named
     if (named.size() + first != 3 && named.size() != 4)
       throw Error("--columns is " + layout_.columns,
                   expect("three names, of time, input and output{}",
@@ -227,8 +226,8 @@ class ColumnSelector {
   }
 
   /// Returns the time column of the input and the time column of the output. The second one is nullopt if
-  /// input and output share the time. They have separate times if each has a time column before it with the
-  /// same title.
+  /// input and output share the time. Input and output have separate times if two time columns with the same
+  /// title precede them, one each.
   std::pair<Likeliest, std::optional<std::size_t>> times_of(const Likeliest& input,
                                                             const Likeliest& output) const {
     const Likeliest time = likeliest(ColumnMeaning::time);

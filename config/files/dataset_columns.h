@@ -23,8 +23,8 @@ struct DatasetColumns {
   std::optional<double> time_unit_s{};  ///< unit of the time column in seconds; nullopt: it has no unit
   double input_scale = 1.0, output_scale = 1.0;
   std::string input_unit{}, output_unit{};  ///< units of input and output; empty: unknown
-  /// True if names and units that are only similar selected the columns. False if the user selected them, or
-  /// if they have the names time_s, input and output.
+  /// True if the columns were selected because their names and units are similar to usual ones. False if the
+  /// user selected the columns, or if they have the names time_s, input and output.
   bool by_likeness = false;
 };
 

@@ -6,8 +6,8 @@
 //   foot   lines of text below the last row
 //
 // The separator (semicolon, tab, comma, vertical bar or blanks), the decimal sign and the thousands sign are
-// determined once for the whole file. A row is checked only when it is read, and only in the selected
-// columns. So a caller can read a record with damage in other rows or columns.
+// determined once for the whole file. A row is checked only when it is read: its number of fields, and the
+// selected columns. So a caller can read a record with damage in other rows or columns.
 #pragma once
 
 #include <cstddef>

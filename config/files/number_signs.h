@@ -6,7 +6,8 @@
 //
 // The mark in an ambiguous number is taken as the decimal sign unless other numbers contradict. If other
 // numbers show that the file has another decimal sign, the mark is taken as a thousands sign. This is
-// accepted only if the column of each ambiguous number also has whole numbers below 1000 and none above.
+// accepted only if the column of each ambiguous number also has whole numbers below 1000 and none above;
+// otherwise the file is refused.
 #pragma once
 
 #include <cstddef>
@@ -51,11 +52,12 @@ class SignSurvey {
 
  private:
   struct Side {
-    std::optional<NumberPlace> decimal{}, thousands{},
-        ambiguous{};  ///< first number with this use of the mark
+    /// The first number in which the mark is a decimal sign, a thousands sign, or can be either.
+    std::optional<NumberPlace> decimal{}, thousands{}, ambiguous{};
   };
   struct Column {
-    bool has_small = false, has_large = false;  ///< the column has whole numbers of up to 3, of more digits
+    /// True if the column has a whole number with up to three digits (small), or with more digits (large).
+    bool has_small = false, has_large = false;
     bool has_ambiguous[2] = {false, false};
   };
   bool separates_thousands(std::size_t side) const;

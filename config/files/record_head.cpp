@@ -182,8 +182,7 @@ class HeadReader {
       const bool is_known = std::ranges::any_of(found, is_known_name);
       if (names.empty() || is_known) {
         names = found;
-        if (own && !units)
-          units = std::move(own);  // the line has only units, which also serve as names: ms,V,um
+        if (own && !units) units = std::move(own);  // a line of units such as ms,V,um also serves as names
         line = each.number;
         above = lines_.size() - 1 - n;
       }
@@ -357,8 +356,8 @@ class HeadReader {
     return !is_time(column);
   }
 
-  /// Returns the indices of the columns to which `units` units in a row belong: all number columns, or all
-  /// except the time. Returns an empty list if the number fits neither.
+  /// Returns the indices of the columns to which a list of `units` units belongs: all number columns, or all
+  /// except the time. Returns an empty list if the number of units fits neither.
   std::vector<std::size_t> targets_of(std::size_t units) const {
     std::vector<std::size_t> all, channels;
     for (std::size_t i = 0; i < shape_.width(); ++i) {

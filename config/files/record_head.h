@@ -29,7 +29,7 @@ struct RecordHead {
   std::vector<CsvColumn> columns{};  ///< columns of the record; without names in the head, named 1, 2, 3 ...
   bool has_names = false;
   std::size_t line = 1;              ///< number of the line with the column names
-  std::optional<StatedRate> rate{};  ///< nullopt: the head has no rate, or two different rates
+  std::optional<StatedRate> rate{};  ///< sampling rate in the head; nullopt: no rate, or two different rates
   std::vector<std::string> comments{};
 };
 

@@ -149,9 +149,9 @@ class FirstRow {
  private:
   void add_row(const TextLine& before) {
     const std::string_view setting = setting_of(fields_, shape_);
-    if (setting.empty() && settings_ == rows_ && settings_ > 1)
-      reset_counts();  // files of Yokogawa instruments: all
-                       // rows so far were settings
+    // In files of Yokogawa instruments, rows of settings come before the record: then all rows so far were
+    // settings.
+    if (setting.empty() && settings_ == rows_ && settings_ > 1) reset_counts();
     if (rows_ == 0) before_row_ = damaged_.value_or(before);
     ++rows_;
     if (has_label(fields_, shape_)) ++labelled_;
@@ -160,8 +160,7 @@ class FirstRow {
   }
 
   void add_names() {
-    const bool is_of_head =
-        labelled_ == rows_ || !has_names_;  // the rows so far are settings, or have no names
+    const bool is_of_head = labelled_ == rows_ || !has_names_;  // the rows so far are settings or are unnamed
     if (rows_ > 0 && is_of_head && rows_ * 10 < shape_.rows) reset_counts();
     has_names_ = true;
   }
@@ -171,7 +170,7 @@ class FirstRow {
   const RowShape& shape_;
   std::vector<std::string_view> fields_;
   TextLine before_row_;
-  std::optional<TextLine> damaged_;  ///< the line before the first of the present damaged rows; nullopt: none
+  std::optional<TextLine> damaged_;  ///< line before the damaged rows directly above; nullopt: no such rows
   std::size_t rows_ = 0, labelled_ = 0, settings_ = 0;
   std::string_view last_setting_;
   bool has_names_ = false;

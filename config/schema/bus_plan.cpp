@@ -170,8 +170,7 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
   add_own_frames(sources, config);
   PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
                                 std::max(config.controller.heartbeat_period, cycle));
-  own.jitter =
-      round_of(config);  // a heartbeat, due at a SYNC, waits for the cycle's commands or for its slot
+  own.jitter = round_of(config);  // a heartbeat is due at a SYNC, but waits for the commands or for its slot
   sources.push_back({own, can::ChainRole::controller_heartbeat, {}, slot_of(config, config.controller.node)});
   std::ranges::sort(sources, {}, [](const can::ChainSource& s) {
     return can::arbitration_key(s.frame.id, s.frame.extended);

@@ -37,8 +37,7 @@ struct BusPlan {
   std::vector<PlannedFrame> emergencies;  ///< emergency frames, sent in addition to `frames`
   double load = 0.0;                      ///< bus load by `frames`, with the maximum number of stuff bits
   can::Duration cycle{};
-  std::optional<can::Duration>
-      last_command;  ///< latest start of a command after its SYNC; nullopt: unbounded
+  std::optional<can::Duration> last_command;  ///< latest start of a command after its SYNC; nullopt: no bound
 
   bool commands_in_time() const { return last_command && *last_command <= cycle; }
 };

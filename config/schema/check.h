@@ -54,8 +54,8 @@ std::vector<std::string> format_warnings(const Config& config);
 /// Returns a warning for each signal of a command message that the controller does not use. It always sends
 /// the raw value 0 for such a signal; the warning is only given if this is not the physical value 0.
 std::vector<std::string> command_warnings(const Config& config);
-/// Checks that any two messages on the bus have different identifiers. CANopen frames (NMT, heartbeats, SDO)
-/// also count as messages.
+/// Checks that all messages on the bus have different identifiers. CANopen frames (NMT, heartbeats, SDO) also
+/// count as messages.
 void check_identifiers(const Checked& checked);
 /// Checks the keys of the simulated amplifier and the simulated sensor of an axis, in [axis.twin].
 void check_instruments(const Checked& checked, std::size_t axis);

@@ -37,8 +37,7 @@ struct ChannelUse {
   std::string card;  ///< card with the channel, as node::identity_of() identifies it
   Purpose purpose{};
   const node::CardChannel* place = nullptr;
-  const node::ActiveLevel* active =
-      nullptr;  ///< active level of a digital line; null: the channel is analogue
+  const node::ActiveLevel* active = nullptr;  ///< active level of a digital line; null: not a digital line
   Member member;
 
   /// Returns true if both uses mean the same physical channel. An input, an output and a line with the same

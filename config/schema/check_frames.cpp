@@ -92,8 +92,7 @@ class FrameCheck : Checked {
     used_.emplace_back(key, signal);
   }
 
-  /// Checks that any two signals of the message have different bits. Otherwise a signal would change the
-  /// other one.
+  /// Checks that no bit of the message belongs to two signals. Otherwise one signal would change the other.
   void check_no_overlap() const {
     std::vector<std::uint8_t> taken(message_->length);
     for (const auto& [key, signal] : used_) {

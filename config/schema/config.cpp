@@ -154,8 +154,8 @@ class Loader {
     controller::Delays& delays = axis.control.delays;
     set_mode(axis, file, delays.resonance_Hz, delays.damping_ratio);
     set_amplifier(axis, file, delays.amplifier_bandwidth_Hz, delays.sensor_s());
-    // A limit of 0 makes derive() set a default limit for the transitions. It is used if the file sets no
-    // limit.
+    // If the file sets no limit, the limit for transitions is 0 at first, and derive() replaces it by a
+    // default.
     const controller::ReferenceLimits& limits = axis.control.reference_limits;
     controller::ReferenceLimits& of_transitions = axis.control.transition_limits;
     if (!is_given(axis, limits.slew_um_per_s)) of_transitions.slew_um_per_s = 0.0;
