@@ -40,7 +40,7 @@ double zero_between(const Curve& g, double from_s, double to_s) {
 /// Returns the first time at which g falls below zero; `never` if g does not fall below zero before `end_s`.
 /// A g that begins at zero and rises has not fallen below zero at its beginning.
 double falls_below_zero(const Curve& g, double end_s) {
-  const double ratio = g.k * g.c / g.b;  // e^{kt} at the extremum
+  const double ratio = g.k * g.c / g.b;  // value of e^{kt} at the extremum of g
   const double extremum_s = ratio > 1.0 ? std::min(std::log(ratio) / g.k, end_s) : end_s;
   for (const auto& [from_s, to_s] : {std::pair(0.0, extremum_s), std::pair(extremum_s, end_s)})
     if (const double last = g.at(to_s); from_s < to_s && last < 0.0 && last < g.at(from_s))

@@ -22,8 +22,8 @@ namespace hystcan::twin {
 //   slew      v = v(0) +- slew t
 //   voltage   v = +-P + (v(0) -+ P) e^{-rho t}
 //
-// A phase ends when a g(t) crosses zero. g has at most one extremum, at a known time, so bisection finds the
-// zero on a monotone part of g, up to rounding.
+// A phase ends when the distance to a limit crosses zero. This distance is a g(t), which has at most one
+// extremum, at a known time. So bisection finds the zero on a monotone part of g, up to rounding.
 //
 // v turns (v' changes its sign) if e = 0. At this time e' = rate, so e has the sign of the rate from then on:
 // v turns at most once.
@@ -31,8 +31,8 @@ namespace hystcan::twin {
 struct DriveLimits {
   double omega = 1.0;                                           ///< corner frequency of the lag, 1/s
   double slew_per_s = 1.0;                                      ///< slew limit, drive units per second
-  double load_rate_per_s = 0.0;                                 ///< rho = R / L of an inductive load
-  double load_limit = std::numeric_limits<double>::infinity();  ///< P = V / R, A; infinite: no voltage limit
+  double load_rate_per_s = 0.0;                                 ///< R / L of an inductive load (rho), 1/s
+  double load_limit = std::numeric_limits<double>::infinity();  ///< V / R (P), A; infinite: no voltage limit
 };
 
 // The drive amplifier: a first-order lag with limits.
@@ -71,14 +71,14 @@ class Amplifier {
     double voltage_limit_V = unlimited;  ///< maximum voltage across load_mH and load_ohm
     double load_uF = 0.0;                ///< capacitive load; 0: none
     double load_mH = 0.0;                ///< inductive load; 0: none
-    double load_ohm = 0.0;               ///< in series with load_mH, or a bleed resistor across load_uF
+    double load_ohm = 0.0;               ///< resistance in series with load_mH, or across load_uF to bleed it
     double resolution = 0.0;             ///< resolution of the target (DAC), drive units; 0: not quantised
     double ramp_per_s = unlimited;  ///< maximum rate of the output in Course::ramp, drive units per second
   };
   /// How the output moves to its target.
   enum class Course : std::uint8_t {
-    drive,  ///< as fast as the amplifier can
-    ramp,   ///< no faster than ramp_per_s
+    drive,  ///< the output moves to the target as fast as the amplifier can
+    ramp,   ///< the output moves to the target no faster than ramp_per_s
     off     ///< the power stage is disconnected: the load discharges to zero, independent of the target
   };
   struct State {

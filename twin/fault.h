@@ -20,7 +20,7 @@ namespace hystcan::twin {
 
 enum class Fault : std::uint8_t {
   no_reply,           ///< the node sends no sample or status and no SDO answer; its heartbeat continues
-  late,               ///< the node sends each sample or status some cycles too late
+  late,               ///< the node sends each sample or status late; the value is the delay in cycles
   duplicate,          ///< the node sends each sample or status twice
   out_of_order,       ///< of each pair of samples or statuses, the second is sent before the first
   frozen_value,       ///< the position in the sample, or the output in the status, is constant
@@ -32,7 +32,7 @@ enum class Fault : std::uint8_t {
   sensor_bad_status,  ///< the status in the sample reports an error of the sensor
   no_heartbeat,       ///< the node sends all its frames except the heartbeat
   emergency,          ///< the node sends EMCY when the fault begins, and "no error" when it ends
-  error_passive,      ///< the node misses some received frames; other nodes do not repeat them
+  error_passive,      ///< the node misses some frames on the bus, and their senders do not repeat them
   babbling_node,      ///< the node sends continuously, with the highest priority
   watchdog_trip,      ///< commands do not reach the amplifier, so its watchdog trips
   amplifier_trip,     ///< the amplifier has an internal fault; it can't be cleared while the fault lasts

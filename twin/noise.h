@@ -27,17 +27,17 @@ constexpr std::uint64_t seed_of(std::uint64_t seed, std::uint8_t node, std::size
 //
 //   n(t) = sigma N(0, 1) + ripple sin(2 pi f (t - start)),   sigma = density / sqrt(2 dt)
 //
-// dt is the sub-step of the plant, f is the frequency of the ripple, `start` is the start of the twin. N(0,
-// 1) is a normally distributed random number with mean 0 and standard deviation 1. One number is drawn for
-// each sub-step, and n is constant within the sub-step. So the random part is white up to 1 / (2 dt).
-// `density` is the one-sided noise density of a data sheet, so the variance of the random part is density^2 /
-// (2 dt). The output contains no noise and no ripple above the frequency 1 / (2 dt).
+// dt is the sub-step of the plant, f is the frequency of the ripple, `start` is the start of the twin. The
+// term N(0, 1) is a normally distributed random number with mean 0 and standard deviation 1. One number is
+// drawn for each sub-step, and n is constant within the sub-step. So the random part is white up to 1 / (2
+// dt). `density` is the one-sided noise density of a data sheet, so the variance of the random part is
+// density^2 / (2 dt). The output contains no noise and no ripple above the frequency 1 / (2 dt).
 
 class DriveNoise {
  public:
   struct Config {
-    double density_per_rtHz = 0.0;  ///< one-sided, drive units / sqrt(Hz), >= 0
-    double ripple = 0.0;            ///< amplitude, half of the peak-to-peak value, drive units
+    double density_per_rtHz = 0.0;  ///< one-sided noise density, drive units / sqrt(Hz), >= 0
+    double ripple = 0.0;            ///< amplitude of the ripple (half peak-to-peak), drive units
     double ripple_Hz = 0.0;
   };
 

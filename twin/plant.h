@@ -101,8 +101,8 @@ struct LogarithmicCreep {
 };
 
 struct Temperature {
-  double swing_K = 0.0;   ///< amplitude of the ambient sine
-  double period_s = 1.0;  ///< period of the ambient sine, > 0
+  double swing_K = 0.0;   ///< amplitude of the ambient temperature, which is a sine
+  double period_s = 1.0;  ///< period of the ambient temperature, > 0
   double expansion_um_per_K = 0.0;
   double gain_per_K = 0.0;  ///< relative change of the travel per kelvin
 };
@@ -167,7 +167,7 @@ class Plant {
   double position_um() const { return own_position_um(present_) + crosstalk_um(); }
   /// Returns the part of the position that comes from the couplings to other stages.
   double crosstalk_um() const;
-  /// Returns the output of the hysteresis (x_h).
+  /// Returns the output of the hysteresis model, um.
   double hysteresis_um() const { return present_.hysteresis_um; }
 
  private:
@@ -175,9 +175,9 @@ class Plant {
   struct Motion {
     can::Time time;
     Amplifier::State amplifier;
-    double hysteresis_um = 0.0;  ///< x_h, output of the hysteresis
-    double creep_um = 0.0;       ///< C, creep
-    double input_um = 0.0;       ///< u, input of the modes
+    double hysteresis_um = 0.0;  ///< output of the hysteresis model
+    double creep_um = 0.0;       ///< creep of the hysteresis output
+    double input_um = 0.0;       ///< input of the mechanical modes
     model::SecondOrder::State mode, second_mode;
     model::Creep::State creep;
   };
@@ -225,7 +225,7 @@ class Plant {
   /// Cache of the step functions for parts of a sub-step. Commands arrive at the same phases of the sub-step
   /// again and again, so the same lengths occur again.
   std::array<std::optional<Step>, 128> parts_;
-  Motion settled_;  ///< state at the last grid point, change of the target, or disturbance
+  Motion settled_;  ///< state at the last grid point, or at a later change of the target or disturbance
   Motion present_;  ///< state at the present time
   can::Time next_grid_;
   std::optional<Ramp> ramp_;

@@ -7,8 +7,8 @@
 namespace hystcan::twin {
 namespace {
 
-/// Returns the required size of the ring buffer. Interpolation at any time within the delay needs the grid
-/// points within the delay and one point before them; a further place is a reserve for rounding.
+/// Returns the required size of the ring buffer: the grid points within the delay, one point before them for
+/// the interpolation, and one place for the next point.
 std::size_t points_needed(can::Duration delay, can::Duration substep) {
   return static_cast<std::size_t>(delay / substep) + 3;
 }
@@ -67,7 +67,7 @@ Sensor::Point Sensor::low_passed(can::Time time, double position_um) const {
 double Sensor::delayed_um(const Point& now) const {
   const can::Time then = now.time - config_.delay;
   if (known_ == 0 || then >= now.time) return now.seen_um;
-  std::size_t younger = 0;  // bisection for the youngest point not after `then`
+  std::size_t younger = 0;  // the bisection finds the youngest stored point that is not after `then`
   std::size_t older = known_;
   while (younger < older) {
     const std::size_t middle = (younger + older) / 2;

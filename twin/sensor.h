@@ -47,7 +47,7 @@ class Sensor {
     double nonlinearity_percent = 0.0;  ///< amplitude of the sine error, percent of the range
     double range_min_um = -unbounded_um;
     double range_max_um = unbounded_um;
-    double gain_error_percent = 0.0;  ///< percent of the position
+    double gain_error_percent = 0.0;  ///< error of the gain, percent of the position
     double offset_um = 0.0;
   };
   struct Reading {
@@ -72,8 +72,8 @@ class Sensor {
  private:
   struct Point {
     can::Time time;
-    double position_um = 0.0;  ///< x, input of the sensor
-    double seen_um = 0.0;      ///< y, the position after the low pass of the sensor's bandwidth
+    double position_um = 0.0;  ///< true position of the stage
+    double seen_um = 0.0;      ///< position after the low pass of the sensor's bandwidth
   };
   Point low_passed(can::Time time, double position_um) const;
   double delayed_um(const Point& now) const;

@@ -31,7 +31,8 @@ class SimulatedCard final : public node::Card {
   /// node::ChannelError if the card has no such range.
   static node::VoltageRange range_of(unsigned bits, const node::CardChannel& place);
 
-  /// Simulates the stages of the axes whose `device` is `name` (see node::DeviceName). Throws Error.
+  /// Simulates the stages of the axes whose `device` is `name` (see node::DeviceName). Throws Error if `name`
+  /// is not a valid device name.
   SimulatedCard(const std::string& name, const Config& config,
                 const std::vector<node::WiredAnalogueAxis>& axes, can::Scheduler& scheduler);
   ~SimulatedCard() override;

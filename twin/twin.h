@@ -21,8 +21,8 @@
 
 namespace hystcan::twin {
 
-// The true state of a simulated stage, the commanded value and the measured value. A comparison of all three
-// shows a wrong sign or a wrong scale.
+// struct Truth has the true state of a simulated stage, the commanded value and the measured value. A
+// comparison of the three shows whether a sign or a scale is wrong.
 
 /// The true state of one axis at the time of a sample.
 struct Truth {
