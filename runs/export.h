@@ -18,7 +18,7 @@ namespace hystcan::runs {
 
 struct Selection {
   std::optional<std::string> axis;   ///< name of the axis; without it, the only axis (CSV) or all axes (HDF5)
-  std::vector<std::string> signals;  ///< empty: all signals of the run
+  std::vector<std::string> signals;  ///< names of the columns to export; empty: all columns of the run
   TimeSpan span;
 };
 

@@ -37,8 +37,7 @@ struct RunAxis {
   /// Mean delay from a drive to the position sample that shows the effect of this drive, s; NaN: unknown.
   double delay_s = std::numeric_limits<double>::quiet_NaN();
   std::uint64_t tracked_rows = 0;
-  double rms_um =
-      std::numeric_limits<double>::quiet_NaN();  ///< RMS of the tracking error; NaN: never tracked
+  double rms_um = std::numeric_limits<double>::quiet_NaN();  ///< RMS tracking error; NaN: never tracked
   double max_um = std::numeric_limits<double>::quiet_NaN();  ///< largest magnitude of the tracking error
   std::vector<RunFault> faults{};
 };

@@ -44,7 +44,7 @@ RunWriter::RunWriter(const config::Config& config, const RunInfo& info, Sink sin
           config.bus.interface, run_, bytes(config_.part_MB), [this](const std::string& reason) {
             sink_(Level::warning, fmt::format("{}: {}", run_.string(), reason));
           });
-  } catch (...) {  // the run did not start
+  } catch (...) {  // the run could not start: removes its folder
     std::error_code ignored;
     std::filesystem::remove_all(run_, ignored);
     throw;
