@@ -22,9 +22,10 @@ namespace hystcan::rehearsal {
 //   e(t) = r(t_k + (t - T_k)) - x(t),   T_k <= t < T_{k+1}
 //
 // e is the tracking error at the time t. T_k is the time at which the SYNC frame of cycle k is complete on
-// the bus: at this time the nodes sample the position and apply the command. t_k is the time of the same
-// cycle in the controller's reference. r is the reference as a function of time. x is the true position of
-// the stage, with the couplings from other stages. The sensor (noise, delay, errors) does not affect e.
+// the bus: at this time the nodes sample the position and apply the command. t_k is the time of the same SYNC
+// as the controller counts it, since its start. r is the reference as a function of the controller's time. x
+// is the true position of the stage, with the couplings from other stages. The sensor (noise, delay, errors)
+// does not affect e.
 //
 // The class TrueErrors only listens and reads values that the plants compute anyway, so it does not change
 // the run.
@@ -49,7 +50,7 @@ class TrueErrors {
  private:
   struct Cycle {
     can::Time begins;  ///< time at which the cycle's SYNC frame was complete on the bus
-    double time_s;     ///< time of the cycle in the controller's reference
+    double time_s;     ///< time of the same SYNC since the controller's start
   };
   struct Point {
     can::Time time;

@@ -78,7 +78,7 @@ std::vector<Path> removable(const Path& folder, const Path& current) {
   return runs;
 }
 
-/// Returns the CSVs of the run that is being recorded that may be removed: all CSVs except the last, or none
+/// Returns the removable CSVs of `current`, the run that is being recorded: all except the last one, or none
 /// if the run contains a file named `keep`.
 std::vector<Path> dispensable_parts(const Path& current) {
   std::vector<Path> parts = exists(current / "keep") ? std::vector<Path>() : parts_of(current);

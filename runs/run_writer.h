@@ -3,8 +3,8 @@
 //   telemetry thread ── add() ──▶ text in memory (bounded) ── every half second ──▶ cycles_0001.csv
 //
 // If the program is killed (SIGKILL), only the rows of the last half second are lost. If the disk is too
-// slow, rows are lost and counted. If the disk is full or removed, the recording ends, and run.json has the
-// reason.
+// slow, rows are lost and counted. If the disk is full or removed, the recording ends. The status has the
+// reason, and run.json has it, too, if it can still be written.
 #pragma once
 
 #include <condition_variable>

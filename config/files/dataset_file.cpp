@@ -28,7 +28,8 @@ std::pair<std::string, double> unit_of(const LabCsvReader& reader, const char* n
 
 /// A unit in which a clock may count since 1970, with the counts of the years 2008 to 2036. In a column
 /// without a unit, counts from `first` to `last` with steps up to `longest_step` are times since 1970. A
-/// clock that counts another unit from its own start does not reach such counts within three weeks.
+/// clock that counts another unit from its own start does not reach such counts with such steps within three
+/// weeks.
 struct Epoch {
   double first, last, longest_step, unit_s;
   const char* name;
