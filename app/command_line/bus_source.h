@@ -1,5 +1,5 @@
-// The input of the bus commands: the interface and the database of its messages, from a configuration or from
-// options; or a candump log.
+// Finds the input of the commands that read CAN frames: the interface and the database (DBC) from a
+// configuration or from options, or a file recorded with candump.
 #pragma once
 
 #include <cstdint>
@@ -22,24 +22,28 @@ struct BusOptions {
   std::filesystem::path dbc;
 };
 
-/// Adds [CONFIG] [--interface IF] [--dbc FILE]. The options override the configuration.
+/// Adds the arguments [CONFIG] [--interface IF] [--dbc FILE] to `command`. An option replaces the value of
+/// the configuration.
 void add_bus_options(CLI::App& command, BusOptions& options);
 
 struct BusSource {
   std::string interface;
   std::optional<can::Database> database;
-  can::Protections protections;  ///< protection of the configuration's messages; empty with --dbc
+  can::Protections protections;  ///< CRC and counter fields of the configured messages, to check frames;
+                                 ///< empty with --dbc
 };
 
-/// Throws Error if no interface is given, and the errors of the files that it reads.
+/// Returns interface and database. Throws Error if no interface is given, or if a file cannot be read or is
+/// invalid.
 BusSource find_bus(const BusOptions& options);
 
-/// The expected content in the errors of open_input().
+/// The expected file format, as text for the errors of open_input().
 inline constexpr const char* a_candump_log = "a log of candump -L";
-/// The note about a log whose last line may be incomplete, for example after a crash.
+/// The message printed if the last line of a log may be incomplete, for example after a crash.
 inline constexpr const char* last_line_left_out =
     "ignoring the last line: it has no line end and may be incomplete";
-/// Throws Error if a log had no frames: it is not a candump log, or nothing was recorded.
+/// Throws Error if the log `name` contained no frames. Such a file is not a candump log, or nothing was
+/// recorded.
 void require_frames(const std::string& name, std::uint64_t frames);
 
 /// Prints at most the first ten warnings of a DBC on standard error.

@@ -28,7 +28,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Prints the range of each k in which every branch increases.
+/// Prints the valid ranges of the model parameters k_ascending and k_descending. In its range, with the other
+/// parameter unchanged, every branch of the hysteresis model increases. `of` is the name of the model.
 void print_limits(const std::string& of, const model::HysteresisParameters& p) {
   using Limit = std::tuple<const char*, model::Direction, double, const char*>;
   for (const auto& [name, direction, k, other] :
@@ -40,7 +41,7 @@ void print_limits(const std::string& of, const model::HysteresisParameters& p) {
   }
 }
 
-/// Checks a single model file.
+/// Checks a single model file and prints its input range and the outputs that it can reach.
 int check_model(const std::filesystem::path& file) {
   const model::AnyModel model = config::load_any_model(file);
   std::visit(
@@ -66,8 +67,8 @@ void show_frame(const config::PlannedFrame& planned) {
         in_us(planned.deadline), planned.in_time() ? "" : "  late");
 }
 
-/// Prints worst-case response times. The times of SYNC, samples and commands count from the start of the
-/// cycle.
+/// Prints the worst-case response time of each frame on the bus. For SYNC, samples and commands it counts
+/// from the start of the cycle; for all other frames, from the time at which the frame is queued.
 void show_bus(const config::Config& config) {
   const config::BusPlan plan = config::plan_bus(config);
   print("# the bus at {} bit/s{}, with the maximum of stuff bits; times in us:\n",
@@ -83,8 +84,9 @@ void show_bus(const config::Config& config) {
         1e2 * plan.load, in_us(plan.last_command), in_us(plan.cycle));
 }
 
-/// Prints a warning about a mismatch, which is allowed: it rehearses a bench whose amplifier differs from the
-/// controller's assumption.
+/// Prints a warning if the twin's amplifier interpolates its commands but the controller assumes that it
+/// holds them, or vice versa. The configuration is still accepted: it can rehearse such a mismatch of a real
+/// bench.
 void show_mismatch(const config::AxisConfig& axis) {
   if (axis.twin.interpolate == axis.control.delays.interpolated) return;
   print(
@@ -93,7 +95,8 @@ void show_mismatch(const config::AxisConfig& axis) {
       axis.wire.name, axis.twin.interpolate, axis.control.delays.interpolated);
 }
 
-/// Returns the range to which the start-up moves the actuator, so that the model knows its whole memory.
+/// Describes the drive range through which start_up = "wipe" moves the actuator. The movement erases the
+/// unknown hysteresis memory, so that the model knows the complete memory afterwards.
 std::string start_up_text(const config::AxisConfig& axis) {
   const controller::Gate::Config& gate = axis.control.gate;
   const model::Interval& thresholds = axis.control.law.model.input_range();
@@ -107,7 +110,8 @@ std::string start_up_text(const config::AxisConfig& axis) {
       thresholds.hi, unit, thresholds.lo, unit);
 }
 
-/// Reads, checks and prints a configuration and its consequences. Moves nothing and opens no interface.
+/// Checks a configuration. Prints its effective values and what follows from them, for example bus load and
+/// reach. Moves nothing and opens no interface.
 int check(const std::filesystem::path& file) {
   if (config::is_model_file(file)) return check_model(file);
   const config::Config config = config::load(file);
@@ -164,7 +168,8 @@ constexpr std::array wirings{
     WiringName{config::Wiring::fd_slots, "fd_slots", "the same with own slots"},
 };
 
-/// The bus at the highest possible rate, or at 1 Hz. The rate is 0 if no rate is possible.
+/// The highest possible cycle rate, and the bus plan at this rate. If no rate is possible, the rate is 0 and
+/// the plan is for 1 Hz.
 struct Limit {
   double rate_Hz;
   config::BusPlan plan;
@@ -230,7 +235,7 @@ struct CheckArguments {
 
 int run_check(const CheckArguments& options) {
   if (!options.rates) return check(options.file);
-  // Loads without checks: the file's own rate may be too high for its bus.
+  // Loads the file without checks, because --rates replaces its rate, which may be too high for its bus.
   const config::Config config =
       config::load_as_written(options.file.empty() ? shipped_file("piezo.toml") : options.file);
   if (options.json)

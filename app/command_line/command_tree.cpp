@@ -37,8 +37,8 @@ std::vector<std::string> subcommands_of(const CLI::App& command) {
   return names;
 }
 
-/// Returns `--name` of every option of the innermost command. A subcommand of ctl also has the options of
-/// ctl.
+/// Returns the options of the innermost command as `--name`. If that command accepts the options of its
+/// parent, as the subcommands of ctl do, the result includes the parent's options.
 std::vector<std::string> options_of(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> names;
   for (auto command = commands.rbegin(); command != commands.rend(); ++command) {
@@ -55,8 +55,8 @@ std::string hint(std::string_view name, const std::vector<std::string>& candidat
   return fmt::format("expected one of {}", fmt::join(candidates, ", "));
 }
 
-/// Returns the part of the command line that no command accepts: an option first, because the rest may be its
-/// value.
+/// Returns the first argument that no command accepts. An unknown option has precedence, because other
+/// unaccepted arguments may be its value.
 std::optional<std::string> left_over(const std::vector<const CLI::App*>& commands) {
   std::vector<std::string> all;
   for (const CLI::App* command : commands)
@@ -76,7 +76,8 @@ std::string refuse_left_over(const std::vector<const CLI::App*>& commands, const
   return fmt::format("unexpected argument '{}'; see {} --help", text, name_of(commands));
 }
 
-/// Rewords the parser's message, which begins with the name of the option.
+/// Returns a clear message if an option is given twice or has no value, otherwise the parser's own message
+/// `text`. The parser's message begins with the name of the option.
 std::string refuse_values(const std::vector<const CLI::App*>& commands, const std::string& text) {
   for (const CLI::App* command : commands)
     for (const CLI::Option* option : command->get_options()) {
@@ -116,7 +117,8 @@ std::string example_of(const ControlCommand& row) {
   return line;
 }
 
-/// Returns the examples of each command; the key is the command below `hystcan`.
+/// Returns the example lines of each command. The key is the command without the word `hystcan`, for example
+/// "ctl status".
 Examples examples() {
   Examples lines{
       {"demo", {"hystcan demo", "hystcan demo --all --config config/galfenol.toml --output galfenol-demo"}},
@@ -171,8 +173,8 @@ void add_examples_below(CLI::App& command, const std::string& words) {
     add_examples_below(*below, words.empty() ? below->get_name() : words + " " + below->get_name());
 }
 
-/// Refuses an empty value of an option: an unset shell variable gives an empty text, but does not omit the
-/// option.
+/// Makes an empty value of any option an error. In a script, --option "$X" with an unset variable X gives an
+/// empty value, which must not be used silently.
 void refuse_empty_values(CLI::App& command) {
   for (CLI::Option* option : command.get_options())
     option->check(CLI::Validator(

@@ -1,4 +1,5 @@
-// The subcommands: each parses its arguments, connects the other folders, and runs.
+// The subcommands of `hystcan`. Each one parses its arguments, calls the libraries in the other folders, and
+// sets the exit status.
 #pragma once
 
 #include <string>
@@ -14,14 +15,15 @@ namespace hystcan::app {
 
 /// Adds all subcommands, with the examples of their --help.
 void add_commands(CLI::App& cli, int& status);
-/// Returns the message for an invalid command line: one line that begins with the command,
+/// Returns the message for an invalid command line. It is one line that begins with the command, such as
 /// `hystcan identify: --order: 0, expected auto or 1 to 20`. For an unknown command or option, the message
-/// has the most similar one.
+/// also suggests the most similar valid word.
 std::string usage_error(const CLI::App& cli, const CLI::ParseError& error);
-/// Adds the examples to every command below `cli`; they are at the end of its --help.
+/// Adds the examples to the end of the --help text of every command below `cli`.
 void add_examples(CLI::App& cli);
 
-/// Adds one subcommand to `cli`. If the user chooses it, it runs once and sets `status` to the exit status.
+/// Adds one subcommand to `cli`. If the user's command line selects it, it runs once and stores its exit
+/// status in `status`.
 using AddCommand = void (*)(CLI::App& cli, int& status);
 
 void add_check(CLI::App& cli, int& status);

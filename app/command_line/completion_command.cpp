@@ -1,5 +1,5 @@
-// Shell completion, generated from the tree of commands, so that each command's arguments are listed in one
-// place.
+// Writes the shell completion script. It is generated from the parser's commands, so that no second list of
+// arguments exists.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -17,9 +17,9 @@
 namespace hystcan::app {
 namespace {
 
-/// Shell tables by name. They map each command below `hystcan` to its subcommands and to its options, and
-/// each option to its values: words, `@interface`, `@file`, or nothing.
-using Tables = std::map<std::string, std::string>;  ///< "commands", "options", "values"
+/// Shell tables by name. "commands" maps each command to its subcommands, "options" each command to its
+/// options, "values" each option to its possible values: words, `@interface`, `@file`, or nothing.
+using Tables = std::map<std::string, std::string>;
 
 std::string words_taken(const CLI::Option& option) {
   if (option.get_items_expected_max() == 0) return "";
@@ -32,8 +32,8 @@ std::string words_taken(const CLI::Option& option) {
   return words;
 }
 
-/// Adds the tables of a command and its subcommands. The options of parent commands count, too:
-/// `hystcan ctl --json status` and `hystcan ctl status --json`.
+/// Adds the tables of a command and its subcommands. A subcommand also accepts the options of its parent:
+/// `hystcan ctl --json status` equals `hystcan ctl status --json`.
 void add_tables(const CLI::App& command, const std::string& path, const std::string& inherited,
                 Tables& tables) {
   std::string commands, options = inherited;
@@ -100,7 +100,7 @@ std::string script(const CLI::App& root, const std::string& shell) {
   const bool is_bash = shell == "bash";
   std::string text = is_bash ? "# bash completion of hystcan, made by `hystcan completion bash`\n"
                              : "#compdef hystcan\n# made by `hystcan completion zsh`\n";
-  // zsh treats the quotes of a key as part of the key.
+  // In zsh, quotes around the key of an associative array become part of the key.
   for (const auto& [name, rows] : tables) {
     std::string table = rows;
     if (!is_bash) {

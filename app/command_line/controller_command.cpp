@@ -59,8 +59,8 @@ struct ControllerArguments {
   bool json = false;
 };
 
-/// Processes the cycle records on the telemetry thread: counts and writes the records, and logs changes.
-/// Updates the status and the black box first, the log last.
+/// Processes the cycle records on the telemetry thread: counts and writes each record, and logs changes of
+/// state. For each record, status and black box are updated before the log.
 class CycleRecorder {
  public:
   CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
@@ -87,8 +87,8 @@ class CycleRecorder {
   }
 
   const StateLog& log() const { return log_; }
-  /// Returns the log of the bus. The control thread samples it; its last lines are written after the
-  /// telemetry thread ended.
+  /// Returns the log of the bus state. The control thread adds samples to it. Call its write() for the last
+  /// lines after the telemetry thread ended.
   can::BusHealthLog& bus_log() { return bus_log_; }
   CycleOutlets& outlets() { return outlets_; }
   controller::BlackBox& black_box() { return black_box_; }
@@ -113,8 +113,9 @@ bool all_axes(const controller::Controller& controller, auto predicate) {
   return true;
 }
 
-/// Returns true if every axis finished its reference or is not driven. An axis that waits counts as not
-/// driven if another axis has ended and `had_their_time` is true.
+/// Returns true if the run can end: at least one axis has ended, and so has every other axis. An axis has
+/// ended if its reference is finished, or if the axis is faulted or offline. If `had_their_time` is true, an
+/// axis that still waits to start counts as ended, too.
 bool nothing_left_to_do(const controller::Controller& controller, bool had_their_time) {
   const auto has_ended = [](const controller::Axis& axis) {
     return axis.report().point.finished || axis.state() == AxisState::faulted ||
@@ -160,7 +161,8 @@ std::string results_text(const controller::Controller& controller, const StateLo
                   counters.missed_cycles, counted(counters.missing_samples, "sample"), counters.late_samples);
   if (counters.replaced_commands > 0)
     text += counted(counters.replaced_commands, "command") + " replaced by a newer one before transmission\n";
-  if (!options.rehearse)  // in virtual time a computation takes no time
+  if (!options.rehearse)  // a rehearsal runs in virtual time, in which computing takes no time: no figures to
+                          // print
     for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
   for (const auto& outcome : outcomes) {
@@ -179,8 +181,9 @@ std::vector<controller::AxisOutcome> outcomes_of(
   return outcomes;
 }
 
-/// Throws RunError with the reason if the run was not a success: every fault, or else the first other reason.
-/// `was_enabled`: an axis was enabled when the run was asked to end; a user may leave all axes disabled.
+/// Throws RunError if the run failed. The message lists every fault; without a fault, it is the first other
+/// reason, for example an axis that did not track. `was_enabled`: at least one axis was enabled when the run
+/// was told to end. If the user had disabled all axes, tracking nothing is not a failure.
 void require_success(const controller::Controller& controller, const StateLog& log,
                      const ControllerArguments& options, bool was_enabled,
                      const std::vector<controller::AxisOutcome>& outcomes) {
@@ -205,12 +208,12 @@ bool is_done(const controller::Controller& controller, const ControllerArguments
          (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
 }
 
-/// Runs until every axis is safe. Returns true if an axis was enabled when the run was asked to end. The
-/// later steps may wait for a disk, but only for a limited time.
+/// Runs until every axis is at its safe drive. Returns true if an axis was enabled when the run was told to
+/// end. Whatever the process does after this function may wait for a disk for at most 30 s.
 bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
                     CycleRecorder& recorder, const ControllerArguments& options, double start_timeout_s) {
   const ExitLimit limit(std::chrono::seconds(30));
-  bool is_enabled = true;  // enabled at the start
+  bool is_enabled = true;  // axes are enabled at the start; before_stop updates the value
   run_live(loop, controller, recorder.bus_log(),
            {.clear_faults = options.clear_faults,
             .is_done = [&](double run_s) { return is_done(controller, options, run_s, start_timeout_s); },
@@ -224,7 +227,8 @@ bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlS
   return is_enabled;
 }
 
-/// Starts recording. Throws if that fails, so that no run starts without its recording.
+/// Starts the recording. Throws RunError if that fails, because a run that should be recorded must not run
+/// unrecorded.
 void start_recording(runs::Recorder& recorder) {
   try {
     spdlog::info("recording to {}", recorder.start().string());
@@ -239,11 +243,12 @@ void log_warnings(const config::Config& config) {
     for (const std::string& warning : warnings(config)) spdlog::warn(warning);
 }
 
-/// Runs with the twin on the simulated bus. The log has virtual times. Nothing of the real stage is used: no
-/// socket, no black box, no saved memory.
+/// Runs the controller with the twin on a simulated bus. The log has virtual times. The files of the real
+/// stage stay unchanged: the rehearsal uses no socket, no black box and no saved memory.
 int rehearse(const config::Config& config, const ControllerArguments& options) {
   std::vector<controller::TrackingStatistics> statistics;
-  double limit_s = std::max(options.duration_s, patience_s);  // for an axis that never starts or never ends
+  double limit_s = std::max(options.duration_s, patience_s);  // ends the rehearsal if an axis never starts or
+                                                              // never finishes
   for (const config::AxisConfig& axis : config.axes) {
     statistics.emplace_back(axis.control, settle_s);
     limit_s = std::max(limit_s, patience_s + controller::reference_of(axis.control).length_s());
@@ -305,7 +310,8 @@ int run_controller(ControllerArguments options) {
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
   check_interface(config, config.bus.interface);
   states.restore(controller);
-  // Created after the bus is open, so that a run that fails to start keeps the CSV of the previous run.
+  // The recorder replaces the CSV of the previous run. It is created after the bus was opened, so that a
+  // failed start keeps the previous CSV.
   CycleRecorder recorder(config, states, options.csv);
   if (config.record.at_start) start_recording(recorder.outlets().recorder);
   telemetry = std::make_unique<controller::TelemetryThread>(
@@ -329,7 +335,7 @@ int run_controller(ControllerArguments options) {
   states.save(controller);
   const auto lost = recorder.close_csv();
   const std::vector<controller::AxisOutcome> outcomes = outcomes_of(controller, recorder.statistics());
-  spdlog::default_logger()->flush();  // prints its last lines before the results
+  spdlog::default_logger()->flush();  // prints the last log lines before the results
   const auto unprinted =
       print_patiently(results_text(controller, recorder.log(), outcomes, options, dropped));
   require_success(controller, recorder.log(), options, was_enabled, outcomes);

@@ -34,7 +34,8 @@ struct CtlArguments {
   nlohmann::json command = nlohmann::json::object();
 };
 
-/// Sends one command and returns its answer. `process`: controller or twin, for error messages.
+/// Sends one command to the control socket `file` and returns the answer. `process` is "controller" or
+/// "twin", the word for error messages.
 nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json& command, const char* process,
                         std::optional<std::chrono::milliseconds> limit) {
   try {
@@ -51,7 +52,8 @@ nlohmann::json exchange(const std::filesystem::path& file, const nlohmann::json&
   }
 }
 
-/// Returns the time limit of the answer. `wait` adds its own timeout; without one, there is no limit.
+/// Returns the time limit for the answer. The command `wait` adds its own timeout_s to the limit; `wait`
+/// without timeout_s has no limit.
 std::optional<std::chrono::milliseconds> limit_of(const CtlArguments& options, Verb verb) {
   const double timeout_s = options.command.value("timeout_s", 0.0);
   if (verb == Verb::wait && timeout_s <= 0.0) return std::nullopt;
@@ -108,13 +110,14 @@ int run(const CtlArguments& options, const ControlCommand& row) {
   return done;
 }
 
-/// Parses the argument as a number, a boolean or a list; any other text is a string.
+/// Converts the argument from JSON: "0.5" to a number, "true" to a boolean, "[1, 2]" to a list. Text that is
+/// not JSON becomes a string.
 nlohmann::json value_of(const std::string& text) {
   const nlohmann::json parsed = parse_command(text);
   return parsed.is_discarded() ? nlohmann::json(text) : parsed;
 }
 
-/// Makes the argument a member of `command`.
+/// Adds a command-line argument to `cli`. Its value becomes a member of the JSON object `command`.
 void add_argument(CLI::App& cli, const Argument& argument, nlohmann::json& command) {
   using Type = Argument::Type;
   static const std::map<Type, CLI::Validator> checks{{Type::on_or_off, one_of({"on", "off"})},

@@ -28,9 +28,9 @@ struct DecodeArguments {
   bool json = false;
 };
 
-/// Computes the frame rate of a log. If a time stamp is ahead of the next one, the interval between its
-/// neighbours counts instead. Ignores a clock that was set back, and a gap longer than both a second and a
-/// thousand mean intervals.
+/// Computes the mean frame rate of a log. If one time stamp is later than its successor, it is treated as
+/// wrong: the interval between its predecessor and its successor counts instead. A clock that was set back
+/// does not count, nor does a gap that is longer than a second and longer than a thousand mean intervals.
 class LogRate {
  public:
   void add(std::chrono::microseconds time) {
@@ -41,7 +41,7 @@ class LogRate {
       take(time - before_ - std::exchange(taken_, {}), before_);
     last_ = time;
   }
-  /// Returns nullopt if no time passed.
+  /// Returns frames per second; nullopt if all time stamps are equal.
   std::optional<double> rate_Hz() const {
     return span_ > Span(0) ? std::optional(static_cast<double>(intervals_) / span_.count()) : std::nullopt;
   }
@@ -59,12 +59,14 @@ class LogRate {
   }
 
   std::optional<std::chrono::microseconds> last_;
-  std::chrono::microseconds before_{};  ///< the time stamp before the last time stamp
-  Span span_{0}, taken_{0};             ///< taken_: span of the last interval
+  std::chrono::microseconds before_{};  ///< second newest time stamp
+  Span span_{0}, taken_{0};             ///< span_: sum of the counted intervals; taken_: the part that the
+                                        ///< newest interval added
   std::uint64_t intervals_ = 0;
 };
 
-/// Decodes a log. With `at_once`, prints each frame when it arrives, for example from `candump -L can0 |`.
+/// Decodes a log. With `at_once`, each frame is printed as soon as it arrives, for input from a pipe
+/// (`candump -L can0 | hystcan decode - --dbc FILE`).
 void decode(std::istream& stream, const std::string& name, const DecodeArguments& options, bool at_once,
             FrameText& text, DecodeFindings& findings) {
   can::CandumpReader reader(stream, name);

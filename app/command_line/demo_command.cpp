@@ -37,16 +37,17 @@ struct DemoArguments {
   std::filesystem::path output = "hystcan-demo";
   bool json = false;
   bool all = false;
-  std::string page;  ///< listening address; empty: no page
+  std::string page;  ///< listening address of the operator's page; empty: no page
 };
 
 struct Column {
   controller::Structure structure;
   rehearsal::Outcome outcome;
-  std::string failure;  ///< empty if every axis tracked without a fault
+  std::string failure;  ///< reason of the failure; empty if every axis tracked without a fault
 };
 
-/// Writes the two CSV files of one structure. Removes them if the run is stopped.
+/// Runs one controller structure and writes its two CSV files: the log of the controller and the true states
+/// of the twin. Removes both files if the run is stopped.
 Column run_column(const rehearsal::Setup& setup, controller::Structure structure,
                   const std::vector<std::string>& axis_names, const std::filesystem::path& directory) {
   const auto log_file = directory / fmt::format("{}.csv", to_string(structure));
@@ -71,14 +72,15 @@ Column run_column(const rehearsal::Setup& setup, controller::Structure structure
   }
 }
 
-/// Returns open loop and the configured loop; if the configuration is open loop itself, `inverse+pi`.
+/// Returns the two structures to compare: the open loop (`average`) and the configured one. If the configured
+/// structure is `average`, the second one is `inverse+pi`.
 std::vector<controller::Structure> open_and_closed_loop(const config::Config& config) {
   using enum controller::Structure;
   const controller::Structure configured = config.axes.front().control.law.structure;
   return {average, configured == average ? inverse_pi : configured};
 }
 
-/// Runs the structures. If one fails, reports it and continues with the next.
+/// Runs each controller structure. If one fails, prints the failure and continues with the next structure.
 std::vector<Column> run_columns(const config::Config& config,
                                 std::span<const controller::Structure> structures,
                                 const std::filesystem::path& directory) {
@@ -164,7 +166,8 @@ void print_table(const config::Config& config, const std::vector<Column>& column
   for (const Promise& promise : promises) print("{}\n", text_of(promise));
 }
 
-/// Prints how much feedback lowers the error: the true errors of the first and the last column.
+/// Prints by which factor feedback lowers the true RMS error: the first column is the open loop, the last
+/// column is the closed loop.
 void print_gain(const std::vector<Column>& columns) {
   const Column &open = columns.front(), &closed = columns.back();
   if (!open.failure.empty() || !closed.failure.empty()) return;
@@ -232,7 +235,8 @@ int run_demo(const DemoArguments& options) {
   const double begin_s = tracking_s + axis.control.setpoint.front().transition_s;
   std::vector<std::string> names, files;
   for (const controller::Structure structure : structures)
-    if (structure != controller::Structure::inverse || !options.all) {  // its curve would hide the others
+    if (structure != controller::Structure::inverse || !options.all) {  // the curve of `inverse` would hide
+                                                                        // the other curves
       names.emplace_back(to_string(structure));
       files.push_back(names.back() + ".csv");
     }

@@ -29,7 +29,8 @@ namespace hystcan::app {
 namespace {
 
 constexpr auto pace = std::chrono::milliseconds(5);
-/// If the machine is busy for longer, the rehearsal is slower than real time.
+/// Each step catches up at most this much real time. If the machine is busy for longer, the rehearsal becomes
+/// slower than real time.
 constexpr auto longest_catch_up = std::chrono::milliseconds(100);
 
 class TemporaryFolder {
@@ -59,10 +60,11 @@ std::filesystem::path copy_of(const std::filesystem::path& shipped, const Tempor
   return folder / shipped.filename();
 }
 
-/// Controller and twin in virtual time, paced by the clock, with the sockets of both, on a separate thread.
+/// Runs controller and twin in virtual time on a separate thread, slowed down to real time, and serves the
+/// control sockets of both.
 class PacedRehearsal {
  public:
-  /// `files`: the cache with which `config` was loaded.
+  /// `files`: the file cache that was filled when `config` was loaded. `folder`: place of the sockets.
   PacedRehearsal(const std::filesystem::path& file, const config::Config& config, config::ReadFiles files,
                  const TemporaryFolder& folder)
       : outlets_(config, runs::describe(config, config::settings(config.file), "demo"), bus_log_sink()),
@@ -87,7 +89,8 @@ class PacedRehearsal {
   PacedRehearsal(const PacedRehearsal&) = delete;
   PacedRehearsal& operator=(const PacedRehearsal&) = delete;
 
-  /// Returns true if only the sockets remain to be closed; the destructor waits for that.
+  /// Returns true after the rehearsal ended. The sockets may still be open; the destructor waits until they
+  /// are closed.
   bool has_ended() const { return has_ended_; }
 
  private:
@@ -134,7 +137,8 @@ int run_demo_page(const std::filesystem::path& given, const std::string& listen)
   const TemporaryFolder folder;
   const std::filesystem::path file =
       given.empty() ? copy_of(shipped_file("piezo.toml"), folder) : std::filesystem::absolute(given);
-  // Runs one rehearsal after the other at the same sockets. Each one reads the file again.
+  // Runs one rehearsal at a time, always with the same socket paths. Each start reads the configuration
+  // again.
   std::optional<PacedRehearsal> running;
   const auto start = [&] {
     if (running && !running->has_ended()) throw RunError("the rehearsal runs", {.remedy = "stop it first"});

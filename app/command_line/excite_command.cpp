@@ -38,7 +38,8 @@ struct ExciteArguments {
   bool overwrite = false;
 };
 
-/// Returns the duration of one major loop.
+/// Returns the duration of one major loop in s: the option --period, or a time that is slow compared with the
+/// resonance.
 double loop_period_s(const ExciteArguments& options, const config::Config& config) {
   return options.period_s.value_or(quasi_static_period_s(config.axes[0].control.delays.resonance_Hz));
 }
@@ -80,7 +81,8 @@ Excitation::Config excitation(const ExciteArguments& options, const config::Conf
       .levels = options.levels.value_or(5)};
 }
 
-/// Writes the CSV. Stores a file error during the run; close() throws it.
+/// Writes the dataset as CSV. If writing fails during the run, the run continues and close() throws the
+/// error.
 class DatasetRecorder {
  public:
   DatasetRecorder(OutputFile& file, const ExciteArguments& options, const config::Config& config,
@@ -108,7 +110,7 @@ class DatasetRecorder {
     }
   }
 
-  /// Keeps the file only if it has rows.
+  /// Completes the file. A file without rows is removed. Throws RunError if a row could not be written.
   void close() {
     if (!lost_.empty()) throw RunError(lost_);
     if (record_.rows() > 0) file_.commit();
@@ -134,30 +136,32 @@ class DatasetRecorder {
   std::string lost_;
 };
 
-/// Returns true if no size is given: the program then chooses one, starting small.
+/// Returns true if the options give no drive range (loops) or amplitude (step, chirp). The program then
+/// chooses the size and begins with a small one.
 bool chooses_size(const ExciteArguments& options) {
   return options.signal == "hysteresis" ? !options.low && !options.high : !options.amplitude;
 }
 
-/// Returns the given excitation. If its size is not given, it is determined by trials on the stage (loops) or
-/// on the twin (step, chirp).
+/// Returns the excitation of the options. If they give no size, trials determine it: on the stage for loops,
+/// on the twin for step and chirp.
 Excitation::Config chosen_excitation(const ExciteArguments& options, const config::Config& config,
                                      const twin::Config& twin) {
   const Excitation::Config stated = excitation(options, config);
   if (!chooses_size(options)) return stated;
   if (const auto* loops = std::get_if<Excitation::Hysteresis>(&stated)) {
-    in_open_loop(config, stated);  // refuses an excitation that the gate would limit
+    in_open_loop(config, stated);  // throws if the excitation exceeds the drive limits
     return tried_small_first(config, twin, options.run, *loops);
   }
   return with_margin(config, twin, stated);
 }
 
-/// Proposes further records that resolve the ambiguities of a single record of loops.
+/// Prints the commands for two further records: one at another rate, which separates delay from hysteresis,
+/// and one that validates the model. A single record of loops allows neither.
 void propose_further(const ExciteArguments& options, const config::Config& config) {
   if (options.signal != "hysteresis" || options.period_s || options.slew_per_s || options.levels) return;
   const double period_s = loop_period_s(options, config);
   std::string stem =
-      options.output.stem().string();  // x.loops.csv -> x.slow.csv, the name that `init --continue` expects
+      options.output.stem().string();  // x.loops.csv -> x.slow.csv, the name that `init --continue` searches
   if (stem.ends_with(".loops")) stem.resize(stem.size() - std::string_view(".loops").size());
   const auto beside = [&](const char* what) {
     return shell_word(options.output.parent_path() / fmt::format("{}.{}.csv", stem, what));
@@ -168,8 +172,8 @@ void propose_further(const ExciteArguments& options, const config::Config& confi
       4.0 * period_s, beside("slow"), 2.0 * period_s, beside("unseen"));
 }
 
-/// Adds an unrecorded loop before loops of a chosen size: it erases the traces of the smaller trial loops in
-/// the stage's memory.
+/// Adds one loop at the beginning, which is driven but not recorded. If the program chose the size by trials,
+/// this loop erases the traces of the smaller trial loops in the stage's memory.
 Excitation::Config with_lead(Excitation::Config excitation) {
   if (auto* loops = std::get_if<Excitation::Hysteresis>(&excitation)) ++loops->loops;
   return excitation;
@@ -179,8 +183,9 @@ double lead_s(const Excitation::Config& excitation) {
   return loops != nullptr ? loop_s(*loops) : 0.0;
 }
 
-/// Runs the excitation to its end. Returns true if it exceeded a limit that a smaller one may keep; its rows
-/// are then discarded.
+/// Runs the excitation to its end and keeps the record. If `may_shrink` is true and the position exceeded a
+/// limit that a smaller excitation may respect, discards the record and returns true. Throws RunError if the
+/// run ended for another reason.
 bool recorded(OutputFile& file, const ExciteArguments& options, const config::Config& chosen,
               const twin::Config& twin, const Excitation::Config& excitation, bool may_shrink) {
   const bool leads = chooses_size(options);
@@ -210,7 +215,8 @@ int run_excite(const ExciteArguments& options) {
   const config::Config loaded = config::load_unmeasured(options.run.config);
   refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
   refuse_to_replace(options.output, options.overwrite);
-  auto file = std::make_unique<OutputFile>(options.output);  // before the axis moves
+  auto file = std::make_unique<OutputFile>(options.output);  // opened before the axis moves, so that an
+                                                             // unwritable file stops the command early
   const config::Config chosen = chosen_axis_of(loaded, options.run);
   const twin::Config twin = twin_config(loaded);
   Excitation::Config excitation = chosen_excitation(options, chosen, twin);
@@ -226,7 +232,8 @@ int run_excite(const ExciteArguments& options) {
   return done;
 }
 
-/// Throws Error at an option of another signal, which would have no effect.
+/// Throws Error if the command line contains an option that belongs to another --signal, because the option
+/// would have no effect.
 void refuse_options_of_other_signals(const CLI::App& command, const std::string& signal) {
   const std::pair<const char*, std::vector<std::string>> table[] = {
       {"--slew", {"hysteresis"}},           {"--levels", {"hysteresis"}},

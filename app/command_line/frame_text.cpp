@@ -26,7 +26,7 @@ std::string time_text(std::chrono::microseconds time) {
 std::string in_one_line(std::string_view text) { return config::in_one_line(can::dbc::to_utf8(text)); }
 std::string csv_field(std::string_view text) { return config::csv_field(can::dbc::to_utf8(text)); }
 
-/// Formats 17 significant digits. The sign of nan is meaningless and omitted.
+/// Formats a number with 17 significant digits, or as "nan" without its sign, which has no meaning.
 std::string csv_number(double value) { return std::isnan(value) ? "nan" : fmt::format("{:.17g}", value); }
 
 std::string_view kind_text(FrameKind kind) {
@@ -43,7 +43,8 @@ std::string_view kind_text(FrameKind kind) {
   return "unknown";
 }
 
-/// Returns the reason why a frame contains only a part of its message; empty if it contains all.
+/// Returns the reason why a frame does not contain its whole message: it is a remote frame or too short.
+/// Returns an empty text for a complete frame.
 std::string shortcoming(const can::Frame& frame, const Message& message) {
   if (frame.kind == FrameKind::remote) return "remote";
   if (frame.length < message.length) return fmt::format("{} of {} bytes", frame.length, message.length);
@@ -52,12 +53,14 @@ std::string shortcoming(const can::Frame& frame, const Message& message) {
 
 constexpr std::size_t classical_bytes = 8;
 
-// SAE J1939-21: parameter group and control bytes that announce a transport.
+// SAE J1939-21: the parameter group of transport announcements, and the control bytes of its two
+// announcements.
 constexpr std::uint32_t connection_management = 0xEC00;
 constexpr std::uint8_t request_to_send = 16;
 constexpr std::uint8_t broadcast_announce = 32;
 
-/// Returns the group. Below 0xF000, the low byte is an address and not part of the group.
+/// Returns the J1939 parameter group number (PGN) in an extended identifier. In groups below 0xF000, the low
+/// byte is the destination address, so it is set to 0.
 std::uint32_t parameter_group(std::uint32_t id) {
   const std::uint32_t group = id >> 8U & 0x3FFFFU;
   return (group & 0xFF00U) < 0xF000U ? group & 0x3FF00U : group;

@@ -1,4 +1,4 @@
-// Frames as text, with the names, values and units of a DBC.
+// Formats CAN frames as text, with the names, values and units of a DBC.
 #pragma once
 
 #include <cstdint>
@@ -14,29 +14,35 @@
 namespace hystcan::app {
 
 enum class FrameFormat : std::uint8_t {
-  text,  ///< one line per frame, for people
+  text,  ///< one line per frame, for people to read
   csv,   ///< one row per signal: time_s,interface,id,message,signal,raw,value,unit,name
-  json,  ///< one object per frame, in one line
+  json,  ///< one JSON object per frame, in one line
 };
 
 inline constexpr std::string_view csv_header = "time_s,interface,id,message,signal,raw,value,unit,name\n";
 
-/// Formats frames. Values in csv and json have 17 significant digits. Raw values are exact: 0 to 2^64 - 1 for
-/// an unsigned signal, the bits for a float signal. A value that is not finite is `nan` or `inf` in csv, null
-/// in json.
+/// Formats frames in one of the three formats. Physical values in csv and json have 17 significant digits.
+/// Raw values are exact: an integer up to 2^64 - 1, or the bits of a float signal. A value that is not finite
+/// is `nan` or `inf` in csv and null in json.
 class FrameText {
  public:
-  /// The database must outlive this object.
+  /// `database` must outlive this object.
   FrameText(const can::Database& database, FrameFormat format) : database_(database), format_(format) {}
 
-  /// Returns lines with line ends; for csv, an empty text if the frame has no signals. Valid until the next
-  /// call.
+  /// Returns the text for a frame, with line ends. For csv, the text is empty if the frame has no signals.
+  /// The reference is valid until the next call.
   const std::string& operator()(const can::LoggedFrame& logged);
 
-  std::uint64_t frames() const { return frames_; }    ///< number of frames, without error frames
-  std::uint64_t unknown() const { return unknown_; }  ///< frames that match no message of the database
+  std::uint64_t frames() const { return frames_; }  ///< number of formatted frames, without error frames
+  std::uint64_t unknown() const {
+    return unknown_;
+  }  ///< number of frames whose identifier is not in the
+     ///< database
   std::uint64_t error_frames() const { return error_frames_; }
-  std::uint64_t lost() const { return lost_; }  ///< frames lost according to the drop notices in the log
+  std::uint64_t lost() const {
+    return lost_;
+  }  ///< number of frames that the recorder lost, according to its
+     ///< drop notices in the log
 
  private:
   void write_text(const can::LoggedFrame& logged, const can::Message* message);
@@ -52,39 +58,43 @@ class FrameText {
   std::uint64_t lost_ = 0;
 };
 
-/// Returns `Position=12.5 um, State=2 (enabled)`, with twelve digits, in UTF-8.
+/// Formats decoded signals as UTF-8 text such as `Position=12.5 um, State=2 (enabled)`. Values have twelve
+/// significant digits.
 std::string signals_text(const std::vector<can::DecodedSignal>& signals);
 
-/// Returns an object that maps each signal name to raw, value, unit and value name.
+/// Returns a JSON object with one member for each signal. The member contains the raw value, the physical
+/// value, the unit and the name of the value.
 std::string signals_json(const std::vector<can::DecodedSignal>& signals);
 
-/// Returns the members for an FD frame, `,"brs":true,"esi":false`; empty for any other frame.
+/// Returns the JSON members for the flags of a CAN FD frame, `,"brs":true,"esi":false`. Returns an empty text
+/// for a classical frame.
 std::string fd_flags_json(const can::Frame& frame);
 
-/// Formats an identifier like candump: three digits, or eight if it is extended.
+/// Formats a CAN identifier in hexadecimal like candump: three digits, or eight digits if it is extended.
 std::string id_text(std::uint32_t id, bool extended);
-/// Returns the text quoted and escaped. Text that is not UTF-8 is read as Windows-1252.
+/// Returns the text as a JSON string, with quotes and escapes. If `text` is not UTF-8, it is converted from
+/// Windows-1252.
 std::string json_string(std::string_view text);
 
-/// Formats 17 significant digits; null if the value is not finite.
+/// Formats a number for JSON with 17 significant digits; returns "null" if the value is not finite.
 std::string json_number(double value);
 
 /// Returns the raw value of a signal in decimal.
 std::string raw_text(const can::DecodedSignal& signal);
 
-/// Reports the parts of a message that can't be decoded, once for each message.
+/// Finds the parts of a log that decoding omits, and reports each one once per message.
 ///
-/// Each frame is decoded on its own. Decoding omits
-///   - signals that cannot be decoded,
-///   - a message longer than a frame: a frame with the message's own identifier has only its first bytes,
+/// Each frame is decoded alone. The decoder therefore omits
+///   - signals that cannot be decoded, for example a float of unusual length,
+///   - the end of a message that is longer than a frame,
 ///   - a message that J1939 announces (connection management, PGN 0xEC00: request to send, or broadcast)
 ///     and sends in frames of its transport protocol: none of it is decoded.
 class DecodeFindings {
  public:
-  /// The database must outlive this object.
+  /// `database` must outlive this object.
   explicit DecodeFindings(const can::Database& database) : database_(database) {}
 
-  /// Returns one sentence for each new finding; usually none.
+  /// Returns one sentence for each omission that this frame shows for the first time; usually none.
   std::vector<std::string> add(const can::LoggedFrame& logged);
 
  private:
@@ -92,7 +102,8 @@ class DecodeFindings {
 
   const can::Database& database_;
   std::set<const can::Message*> decoded_;
-  std::set<std::uint32_t> transported_;  ///< reported parameter groups that J1939 announced
+  std::set<std::uint32_t> transported_;  ///< J1939 parameter groups that were announced and are already
+                                         ///< reported
 };
 
 }  // namespace hystcan::app

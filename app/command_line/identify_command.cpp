@@ -41,19 +41,20 @@ using identification::Identified;
 
 struct IdentifyArguments {
   std::vector<std::filesystem::path> data;
-  std::filesystem::path start;  ///< model file; empty if none
+  std::filesystem::path start;  ///< older model; parts that the datasets do not determine are copied from it
   std::filesystem::path output;
   std::filesystem::path initial_memory;
   std::filesystem::path report;
   DatasetInput input;
-  identification::IdentifyOptions identify_options;  ///< except the options stored as text here
+  identification::IdentifyOptions identify_options;  ///< complete except for the options that are stored as
+                                                     ///< text below
   ModelWords model;
   bool dynamics = false;
   std::string symmetry = "auto";
   std::string thresholds = "auto";
   bool json = false;
   bool overwrite = false;
-  std::filesystem::path config;   ///< empty if none
+  std::filesystem::path config;   ///< configuration that gets the new model; empty if none
   std::filesystem::path written;  ///< copy of the configuration that contains the new model
 };
 
@@ -87,7 +88,8 @@ void save_memory(const IdentifyArguments& options, const Dataset& dataset, const
   out.commit();
 }
 
-/// Describes which part of the model the datasets determine and which part the old model gives.
+/// Returns a sentence for the report: which part of the new model the datasets determine, and which part is
+/// copied from the older model `file`.
 std::string finding_of_old(const std::filesystem::path& file, const identification::OldModel& old,
                            const std::vector<Dataset>& datasets) {
   const model::Interval& known = old.parameters.input_range();
@@ -107,7 +109,7 @@ std::string finding_of_old(const std::filesystem::path& file, const identificati
       config::load_lag(file).dynamics ? ", except [dynamics]" : "");
 }
 
-/// Returns the last part of a path, which may end in a slash.
+/// Returns the name of a file or folder without its path. The path of a folder may end in a slash.
 std::string name_of(const std::filesystem::path& path) {
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
@@ -120,7 +122,7 @@ void report_model(const IdentifyArguments& options, const std::vector<Dataset>& 
     note("hystcan: {}: {}\n", options.report.string(), *undrawn);
 }
 
-/// Loads the configuration that gets the model; it has none yet.
+/// Loads the configuration into which the new model will be inserted. Its model file need not exist yet.
 config::Config config_to_complete(const IdentifyArguments& options) {
   config::Config config = config::load_unmeasured(options.config);
   refuse_to_write_into(options.written, config, options.output);
@@ -146,7 +148,8 @@ void write_config(const IdentifyArguments& options, const config::Config& config
   }
 }
 
-// Checks the output files before the slow work begins.
+// Throws if an output file would replace an input file, another output or, without --overwrite, an existing
+// file. Called before the slow identification.
 void check_outputs(const IdentifyArguments& options) {
   for (const auto& file : options.data)
     for (const auto& output : {options.output, options.initial_memory})

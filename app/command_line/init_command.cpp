@@ -24,7 +24,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Returns the files of each axis: a single axis has all records; with several axes, each has one.
+/// Assigns the record files of the options to axes. A single axis gets all --record files; with several axes,
+/// each axis gets one file. Throws Error if the numbers do not match.
 std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
   const std::size_t axes = options.axes.size();
   const auto require_one_each = [&](const char* option, const std::vector<std::filesystem::path>& files) {

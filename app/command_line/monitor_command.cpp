@@ -29,7 +29,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::chrono::milliseconds poll_interval{50};  // for keys and signals
+constexpr std::chrono::milliseconds poll_interval{50};  // longest delay of the reaction to a key or a signal
 
 struct MonitorArguments {
   BusOptions bus;
@@ -42,7 +42,8 @@ struct BusLine {
   std::string interface;
   can::BusState state = can::BusState::active;
   std::uint64_t lost = 0;           ///< frames that the kernel dropped
-  std::chrono::microseconds now{};  ///< since 1970-01-01 UTC; ages are relative to it
+  std::chrono::microseconds now{};  ///< time since 1970-01-01 UTC, from which the ages of the messages are
+                                    ///< computed
 };
 
 using can::MessageTraffic;
@@ -85,7 +86,8 @@ std::string row(const Traffic::Key& key, const MessageTraffic& traffic, const Bu
                      content(traffic), rejects_text(traffic));
 }
 
-/// Returns the table: one line about the bus, then one row for each message, of any width.
+/// Returns the lines of the screen: the state of the bus, a heading, then one row for each message. Rows may
+/// be wider than the terminal.
 std::vector<std::string> monitor_lines(const BusLine& bus, const Traffic& traffic) {
   std::string top = fmt::format("{}: {}", bus.interface, to_string(bus.state));
   if (const auto counters = traffic.error_counters())
@@ -104,7 +106,7 @@ std::vector<std::string> monitor_lines(const BusLine& bus, const Traffic& traffi
   return lines;
 }
 
-/// Returns one object in one line.
+/// Returns the state of the bus and all messages as one JSON object, in one line.
 std::string monitor_json(const BusLine& bus, const Traffic& traffic) {
   std::string text;
   const auto out = std::back_inserter(text);

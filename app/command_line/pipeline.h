@@ -1,4 +1,4 @@
-// Reads, computes and writes blocks in separate threads.
+// Reads, computes and writes blocks of data in three threads at the same time.
 //
 //   calling thread: read ──▶ thread: compute ──▶ thread: write        blocks stay in order and are reused
 //
@@ -27,7 +27,7 @@ class BoundedQueue {
  public:
   explicit BoundedQueue(std::size_t most) : most_(most) {}
 
-  /// Waits for space. Returns false if the queue was abandoned.
+  /// Appends a value; waits while the queue is full. Returns false if the reader abandoned the queue.
   bool push(T value) {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return abandoned_ || values_.size() < most_; });
@@ -36,7 +36,8 @@ class BoundedQueue {
     changed_.notify_all();
     return true;
   }
-  /// Waits for a value. Returns nullopt if no more values will arrive.
+  /// Removes the oldest value; waits while the queue is empty. Returns nullopt if the queue is empty and
+  /// finished.
   std::optional<T> pop() {
     std::unique_lock lock(mutex_);
     changed_.wait(lock, [this] { return finished_ || !values_.empty(); });
@@ -46,9 +47,9 @@ class BoundedQueue {
     changed_.notify_all();
     return value;
   }
-  /// Ends the input: no more values will be pushed; waiting values are still returned.
+  /// Called by the writer after its last push(). The reader still gets the values in the queue.
   void finish() { set(finished_); }
-  /// Ends the output: no more values will be popped.
+  /// Called by the reader if it will not call pop() again. It releases a writer that waits for space.
   void abandon() { set(abandoned_); }
 
  private:
@@ -66,7 +67,7 @@ class BoundedQueue {
   bool abandoned_ = false;
 };
 
-/// Does the work of run_pipeline() in the calling thread.
+/// Does the same as run_pipeline(), but in the calling thread only.
 template <class Block, class Read, class Compute, class Write>
 void run_in_sequence(Read& read, Compute& compute, Write& write) {
   for (Block block; read(block);) {
@@ -75,12 +76,14 @@ void run_in_sequence(Read& read, Compute& compute, Write& write) {
   }
 }
 
-/// `read(Block&)` fills a block and returns false at the end; `compute(Block&)` and `write(const Block&)` get
-/// each block once, in order. An exception from any of them ends the pipeline and is thrown here; of several,
-/// the one from the earliest block. If the system can't create a thread, the calling thread does everything.
+/// Processes blocks until the input ends. `read(Block&)` fills a block and returns false at the end of the
+/// input. `compute(Block&)` and `write(const Block&)` get each block once, in order. An exception from any of
+/// the three functions ends the pipeline, and run_pipeline() throws it. If several functions throw, the
+/// exception that belongs to the earliest block is thrown. If the system cannot create a thread, all work is
+/// done in the calling thread.
 template <class Block, class Read, class Compute, class Write>
 void run_pipeline(Read read, Compute compute, Write write) {
-  constexpr std::size_t depth = 4;  // blocks between two threads
+  constexpr std::size_t depth = 4;  // maximum number of blocks that wait between two threads
   BoundedQueue<Block> empty(3 * depth), filled(depth), computed(depth);
   std::exception_ptr read_error, compute_error, write_error;
   const auto take_all = [](BoundedQueue<Block>& from, BoundedQueue<Block>& to, std::exception_ptr& error,

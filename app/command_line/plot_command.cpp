@@ -29,7 +29,8 @@ struct PlotArguments {
   DatasetInput interval;
 };
 
-/// Makes the name unique: runs may have the same name, such as average.csv in two folders.
+/// Returns a unique name for the run in the plots. If another run has the same name, such as average.csv in
+/// two folders, the folder's name is put before it.
 std::string distinct_name(const std::vector<RunFigures>& others, const runs::Run& run) {
   std::string name = std::filesystem::is_directory(run.path()) ? run.name() : run.path().stem().string();
   for (const RunFigures& other : others)

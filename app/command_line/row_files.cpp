@@ -65,7 +65,7 @@ class CsvRows final : public RowInput {
   std::vector<double> row_;
 };
 
-/// Rows that h5py reads (python/hystcan/hdf5.py).
+/// Reads rows from an HDF5 file. The file is opened by a Python process with h5py (python/hystcan/hdf5.py).
 class Hdf5Rows final : public RowInput {
  public:
   Hdf5Rows(const std::filesystem::path& file, std::string column)
@@ -183,7 +183,8 @@ class Hdf5RowOutput final : public RowOutput {
   std::vector<std::vector<double>> columns_;
 };
 
-/// Returns true if the file begins like an HDF5 file without a user block.
+/// Returns true if the file begins with the signature of HDF5. (A file with an HDF5 user block begins
+/// differently and is not recognised.)
 bool is_hdf5(const std::filesystem::path& file) {
   constexpr std::string_view signature = "\x89HDF\r\n\x1a\n";
   std::error_code ignored;

@@ -18,7 +18,7 @@
 namespace hystcan::app {
 namespace {
 
-constexpr std::size_t longest_step = 2'000'000;  // maximum rows in which a step is searched
+constexpr std::size_t longest_step = 2'000'000;  // maximum number of rows that are searched for a step
 constexpr double nothing = std::numeric_limits<double>::quiet_NaN();
 
 const std::vector<std::string> needed{"time_s", "state", "reference_um", "position_um", "drive"};
@@ -43,11 +43,12 @@ double rate_of(const runs::Run& run, std::size_t axis) {
   return static_cast<double>(time_s.size() - 1) / (time_s.back() - time_s.front());
 }
 
-/// Delay from the drive in a command to the sample that shows its effect: the command takes effect one cycle
-/// after it was sent and acts for one more cycle.
+/// Delay in cycles from the drive in a command to the sample that shows its effect. The command takes effect
+/// one cycle after it was sent, and acts for one more cycle before the next sample.
 constexpr double cycles_of_the_wire = 2.0;
 
-/// Delays the drive by a number of cycles; interpolates if this number is not whole.
+/// Delays the drive by a number of cycles. If this number is not an integer, interpolates linearly between
+/// two drives.
 class DelayedDrive {
  public:
   explicit DelayedDrive(double cycles)
@@ -64,17 +65,18 @@ class DelayedDrive {
  private:
   std::size_t whole_;
   double part_;
-  std::vector<double> last_;  ///< newest first
+  std::vector<double> last_;  ///< the last drives, newest first
 };
 
-/// Returns the delay of the axis if it is known; otherwise that of the bus, cycles_of_the_wire.
+/// Returns the delay in s from a drive to the position that it causes. If the run does not state the delay of
+/// the axis, uses cycles_of_the_wire, the delay of the bus alone.
 double drive_delay_s(const runs::RunAxis& axis, double rate_Hz) {
   constexpr double longest_cycles = 1000.0;
   const double cycles = axis.delay_s * rate_Hz;
   return (cycles >= 0.0 && cycles <= longest_cycles ? cycles : cycles_of_the_wire) / rate_Hz;
 }
 
-/// Returns in_position.tolerance_um; 0 if it was not configured.
+/// Returns the setting in_position.tolerance_um with which the run was recorded; 0 if it was not configured.
 double tolerance_of(const runs::Run& run, std::size_t axis) {
   config::AxisConfig any;
   const double& tolerance_um = any.control.in_position.emplace().tolerance_um;
@@ -87,7 +89,7 @@ double tolerance_of(const runs::Run& run, std::size_t axis) {
   return *value;
 }
 
-/// Processes the cycles of an axis in order.
+/// Collects the figures of one axis from its recorded cycles, in order of time.
 class Gatherer {
  public:
   Gatherer(RunFigures& figures, const std::vector<std::string>& columns, double rate_Hz, double tolerance_um)
@@ -109,11 +111,12 @@ class Gatherer {
     const auto value = [&](std::size_t column) {
       return column < columns.size() ? columns[column][i] : nothing;
     };
-    // The transition to a segment and the first row of the segment are not steps of a staircase.
+    // The reference also changes in the transition to a segment and in the segment's first row. These changes
+    // are not steps, so such rows do not count in the search for a step.
     const bool is_between =
         value(shape_time_) == 0.0 || std::exchange(in_segment_, value(segment_)) != value(segment_);
     add(row, value(missing_) == 1.0, is_between);
-    figures_.turnaround_us.add(value(turnaround_));  // ignores values that are not finite
+    figures_.turnaround_us.add(value(turnaround_));  // Histogram::add() ignores values that are not finite
     figures_.lateness_us.add(value(lateness_));
   }
 
@@ -132,7 +135,8 @@ class Gatherer {
     return static_cast<std::size_t>(std::ranges::find(columns, name) - columns.begin());
   }
 
-  /// Adds a row. Steps are judged only by samples that the controller received.
+  /// Adds a tracking cycle. `is_missing`: the controller received no sample, so the position does not count
+  /// in the step response. `is_between`: the reference is between two segments.
   void add(const PlotRow& row, bool is_missing, bool is_between) {
     figures_.error.add(row.error_um);
     figures_.rows.add(row);
@@ -146,12 +150,13 @@ class Gatherer {
 
   RunFigures& figures_;
   std::size_t turnaround_, lateness_, missing_, segment_,
-      shape_time_;  ///< column indices; an index beyond the last column: the column is missing
+      /// column indices; a missing column has an index after the last column
+      shape_time_;
   double rate_Hz_, tolerance_um_;
   DelayedDrive drive_;
   double in_segment_ = nothing;
   std::vector<double> time_s_, reference_um_, position_um_;
-  std::vector<double> level_um_;  ///< reference; NaN between the segments
+  std::vector<double> level_um_;  ///< reference, for the search of steps; NaN between the segments
 };
 
 using TableRow = std::vector<std::string>;
@@ -185,7 +190,8 @@ TableRow row_of(const RunFigures& run) {
   return row;
 }
 
-/// Escapes the text for LaTeX, so that it contains no command and no argument of the line above.
+/// Escapes the text for LaTeX. A leading [ or * is protected, because LaTeX would take it as an argument of
+/// the \\ in the line above.
 std::string latex_text(std::string_view text) {
   return (text.starts_with('[') || text.starts_with('*') ? "{}" : "") +
          with_replaced(text, {{'\\', "\\textbackslash{}"},
@@ -203,7 +209,7 @@ std::string latex_text(std::string_view text) {
                               {'}', "\\}"}});
 }
 
-/// Escapes the text for Markdown, so that it contains no HTML, no link and no further cell.
+/// Escapes the text for a cell of a Markdown table, so that it cannot create HTML, a link or another cell.
 std::string markdown_text(std::string_view text) {
   return with_replaced(text, {{'<', "&lt;"},
                               {'&', "&amp;"},
@@ -216,7 +222,8 @@ std::string markdown_text(std::string_view text) {
                               {'!', "\\!"}});
 }
 
-/// Adds an apostrophe before the characters with which a spreadsheet formula begins.
+/// Adds an apostrophe before text that begins with = + - or @, because a spreadsheet would evaluate it as a
+/// formula.
 std::string spreadsheet_text(const std::string& text) {
   return !text.empty() && std::string_view("=+-@").find(text.front()) != std::string_view::npos ? "'" + text
                                                                                                 : text;

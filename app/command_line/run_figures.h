@@ -1,4 +1,5 @@
-// The figures of a recorded run's tracking cycles, read once in constant memory, and their table.
+// Computes the figures of a recorded run (errors, faults, step response, timing) in its tracking cycles, and
+// prints them as a table. The run is read once, in constant memory.
 #pragma once
 
 #include <cstddef>
@@ -15,13 +16,14 @@
 
 namespace hystcan::app {
 
-/// A cycle in a plot.
+/// The values of one cycle in a plot.
 struct PlotRow {
-  double time_s, reference_um, position_um, error_um, drive;  ///< drive: the drive that caused this position
+  /// `drive` is the drive that caused this position. It was recorded `drive_delay_s` earlier.
+  double time_s, reference_um, position_um, error_um, drive;
 };
 
-/// Keeps at most `most` rows of a signal of any length: of each group of neighbours, the rows with the
-/// smallest and the largest error, so that no peak is lost.
+/// Reduces a signal of any length to at most `most` rows. From each group of neighbouring rows it keeps the
+/// two rows with the smallest and the largest error, so that no peak is lost.
 class PlotRows {
  public:
   static constexpr std::size_t most = 20'000;
@@ -44,24 +46,27 @@ class PlotRows {
 struct RunFigures {
   std::string run, axis, drive_unit;
   double stroke_um = 0.0;      ///< 0: unknown
-  double drive_delay_s = 0.0;  ///< each row has the drive that was recorded this long before its position
+  double drive_delay_s = 0.0;  ///< time from a drive to the position that it causes
   metrics::ErrorStatistics error{};
   std::size_t faults = 0;
   PlotRows rows;
-  metrics::Spectrum spectrum;  ///< spectrum of the error
+  metrics::Spectrum spectrum;  ///< spectrum of the tracking error
   metrics::Histogram turnaround_us = metrics::Histogram::of_width(5.0, 199),
                      lateness_us = metrics::Histogram::of_width(1.0, 199);
-  std::optional<metrics::Step> step;  ///< the largest step
-  std::vector<PlotRow> step_rows;     ///< rows around the step
+  std::optional<metrics::Step> step;  ///< response to the largest step of the reference; nullopt if there is
+                                      ///< no step
+  std::vector<PlotRow> step_rows;     ///< rows around the largest step
 };
 
-/// Throws Error if the axis does not track in this time span, or if a column is missing.
+/// Reads the run and returns the figures of one axis. Throws Error if the axis does not track within `span`,
+/// or if a required column is missing.
 RunFigures figures_of(const runs::Run& run, std::size_t axis, const runs::TimeSpan& span);
 
-/// Returns "markdown", "csv" and "latex".
+/// Returns the names of the table formats: "markdown", "csv" and "latex".
 const std::vector<std::string>& table_formats();
-/// Returns a row for each run and axis: cycles, RMS and largest error in um and in percent of the stroke,
-/// faults; rise time, overshoot and settling time if there is a step. Unknown values are empty.
+/// Returns a table with one row for each run and axis: number of cycles, RMS and largest error in um and in
+/// percent of the stroke, number of faults. If the reference has a step, the row also has rise time,
+/// overshoot and settling time. Cells with unknown values are empty.
 std::string run_table(const std::vector<RunFigures>& runs, std::string_view format);
 
 }  // namespace hystcan::app

@@ -11,7 +11,7 @@
 namespace hystcan::app {
 namespace {
 
-/// A plot: the text of its CSV, and the values that plot.py can't get from it.
+/// The input of plot.py for one plot: the text of the CSV file, and the values that are not in the CSV.
 struct RunPicture {
   std::string data;
   nlohmann::json facts;
@@ -65,7 +65,8 @@ RunPicture step(const RunFigures& run) {
   return {csv(row_header, run.step_rows), legend(std::move(figures))};
 }
 
-/// Plots the timing histograms up to the last class with a count.
+/// Returns the plot of the two timing histograms (sample to command, lateness of SYNC). Empty bins are
+/// omitted.
 RunPicture timing(const RunFigures& run) {
   std::string data = "upper_us,share_percent,what\n";
   for (const auto& [what, histogram] :
@@ -89,7 +90,7 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
   return all;
 }
 
-/// Returns the reason if this plot can't be made for the run.
+/// Returns the reason why a plot of this kind cannot be made for the run; nullopt if it can.
 std::optional<std::string> lack_of(const std::string& kind, const RunFigures& run) {
   if (kind == "step" && !run.step) return "its reference has no step";
   if (kind == "spectrum" && run.spectrum.segments() == 0)
@@ -121,7 +122,7 @@ class Drawing {
   }
 
  private:
-  /// Makes the name unique: different names may lead to the same file name.
+  /// Appends a number to the file name if an earlier plot already has this name.
   std::string distinct(const std::string& name) const {
     std::string candidate = name;
     for (int number = 2; std::ranges::find(drawn_.names, candidate) != drawn_.names.end(); ++number)
@@ -136,7 +137,8 @@ class Drawing {
 
 std::string label_of(const RunFigures& run) { return fmt::format("{}-{}", run.run, run.axis); }
 
-/// Plots the errors of all runs, each from its start.
+/// Returns the plot that compares the errors of all runs. The time of each run counts from its first plotted
+/// row.
 RunPicture comparison(const std::vector<RunFigures>& runs) {
   std::string data = "time_s,error_um,which\n";
   std::vector<std::string> legends;

@@ -1,4 +1,4 @@
-// The plots of recorded runs. The CSV files with the plotted data are kept beside the plots.
+// Plots recorded runs. The plotted data are kept as a CSV file beside each plot.
 #pragma once
 
 #include <filesystem>
@@ -11,22 +11,24 @@
 
 namespace hystcan::app {
 
-/// Returns "loops", "tracking", "error", "spectrum", "step", "timing" and "comparison".
+/// Returns the names of the kinds of plot: "loops", "tracking", "error", "spectrum", "step", "timing" and
+/// "comparison".
 const std::vector<std::string>& plot_kinds();
 
 struct RunPlots {
-  std::filesystem::path folder;  ///< must exist
+  std::filesystem::path folder;  ///< folder for the plots; must exist
   std::vector<std::string> kinds, formats;
   PictureSize size;
 };
 
 struct DrawnPlots {
-  std::vector<std::string> names;      ///< names of the plots, without endings
-  std::vector<std::string> lacking;    ///< reasons for missing plots: "RUN-AXIS: its reference has no step"
-  std::optional<std::string> undrawn;  ///< reason if the plots were not drawn
+  std::vector<std::string> names;      ///< file names of the plots, without extension
+  std::vector<std::string> lacking;    ///< plots that could not be made, with the reason: "RUN-AXIS: its
+                                       ///< reference has no step"
+  std::optional<std::string> undrawn;  ///< reason if plot.py failed and only the CSV files exist
 };
 
-/// Throws RunError if a file can't be written.
+/// Draws the plots. Throws RunError if a file cannot be written.
 DrawnPlots draw_runs(const std::vector<RunFigures>& runs, const RunPlots& plots);
 
 }  // namespace hystcan::app

@@ -51,7 +51,7 @@ void print_run(const runs::Run& run, bool was_being_recorded) {
   if (info.rows_lost > 0) print(fmt::format("{:<27} {} rows lost\n", "", info.rows_lost));
 }
 
-/// Lists the runs. Continues if a folder can't be read.
+/// Lists the runs. If a folder cannot be read, continues with the next folder.
 int list_runs(const RunsArguments& options) {
   nlohmann::json list = nlohmann::json::array();
   const std::vector<std::filesystem::path> paths = runs::runs_in(options.folder);
@@ -61,7 +61,8 @@ int list_runs(const RunsArguments& options) {
   for (const std::filesystem::path& path : paths) {
     try {
       const bool is_being_recorded =
-          runs::is_being_recorded(path);  // checked before reading, because the run may end in between
+          runs::is_being_recorded(path);  // checked before the run is read, because the recording may end
+                                          // while it is read
       const runs::Run run(path);
       if (!options.json) {
         print_run(run, is_being_recorded);

@@ -38,7 +38,8 @@ struct SimulateArguments {
   bool overwrite = false;
 };
 
-/// Throws if time does not increase: creep acts between the rows. `rows`: number of rows before the block.
+/// Throws Error if a time is not later than the time of the row before, because creep needs a positive time
+/// between rows. `before_s`: time of the last row before the block. `rows`: number of rows before the block.
 void require_later_rows(const SimulateArguments& options, std::optional<double> before_s,
                         const SampleBlock& block, std::size_t rows) {
   for (const double time_s : block.time_s) {
@@ -58,7 +59,8 @@ void require_later_rows(const SimulateArguments& options, std::optional<double> 
   }
 }
 
-/// Simulates in constant memory. Returns the tally of the rows.
+/// Simulates the input file in constant memory and writes the rows to `out`. Returns the counts of all rows
+/// and of the limited ones.
 model::Tally run(const SimulateArguments& options, const config::Actuator& actuator,
                  config::ActuatorMemory& memory, RowOutput& out) {
   const std::unique_ptr<RowInput> rows = open_rows(options.input, options.inverse ? "output" : "input");
@@ -136,7 +138,8 @@ int simulate(const SimulateArguments& options) {
     for (const auto& input : {options.model, options.input}) refuse_to_overwrite(output, input);
   refuse_to_overwrite(options.output, options.memory);
   refuse_to_replace(options.output, options.overwrite);
-  std::error_code ignored;  // the memory file may be its own input
+  std::error_code ignored;  // no error if a path does not exist; the same file may be both --memory and
+                            // --save-memory
   if (!std::filesystem::equivalent(options.save_memory, options.memory, ignored))
     refuse_to_replace(options.save_memory, options.overwrite);
   if (!options.save_memory.empty()) refuse_to_share(options.output, options.save_memory);

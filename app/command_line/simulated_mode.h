@@ -1,4 +1,5 @@
-// The mechanical mode of a model file, after hysteresis and creep, for `simulate`.
+// Simulates the mechanical mode (resonance) of a stage for `hystcan simulate --dynamics`. Its input is the
+// output of hysteresis and creep.
 #pragma once
 
 #include <cstdint>
@@ -12,14 +13,15 @@
 
 namespace hystcan::app {
 
-/// Computes the positions of a stage whose model file has [dynamics], at a constant rate.
+/// Computes the positions of a stage whose model file has the table [dynamics]. The rows must have a constant
+/// rate.
 class SimulatedMode {
  public:
-  /// Throws Error if this file's actuator has no dynamics.
+  /// Throws Error if the model `file` has no [dynamics]. `input`: name of the input file, for error messages.
   SimulatedMode(const config::Actuator& actuator, const std::filesystem::path& file,
                 std::filesystem::path input);
 
-  /// Replaces the outputs of the block by positions.
+  /// Replaces the column `output` of the block, the position at rest, by the position of the moving stage.
   void move(SampleBlock& block);
 
  private:

@@ -34,12 +34,14 @@ constexpr std::chrono::milliseconds print_every{1000};
 struct StatusArguments {
   std::string socket;
   std::string interface = "vcan0";
-  bool shows_bus = true;  ///< false if only a socket is given, because it does not identify the interface
+  bool shows_bus = true;  ///< false if the user gives only a socket, because a socket does not identify its
+                          ///< CAN interface
   bool watch = false;
   bool json = false;
 };
 
-/// Returns the answer; throws RunError with the reason if there is none.
+/// Returns the controller's answer to the command `status`. Throws RunError if the controller does not
+/// answer.
 nlohmann::json ask(const StatusArguments& options) {
   const std::filesystem::path file =
       options.socket.empty() ? find_socket(options.interface) : std::filesystem::path(options.socket);
@@ -57,7 +59,8 @@ void print_lines(const std::vector<std::string>& lines) {
   flush_output();
 }
 
-/// Shows the status repeatedly. Retries if the controller ended or has not started yet.
+/// Shows the status repeatedly until a signal or a key ends it. Continues to ask while no controller is
+/// running.
 int watch(const StatusArguments& options, const std::function<std::optional<BusReport>()>& bus) {
   const auto lines = [&] {
     try {

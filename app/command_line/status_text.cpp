@@ -12,7 +12,7 @@
 namespace hystcan::app {
 namespace {
 
-/// Returns "recording runs/run_...: 120000 rows, 25.1 MB".
+/// Returns a line such as "recording runs/run_...: 120000 rows, 25.1 MB".
 std::string recording_text(const runs::RunWriter::Status& recording) {
   std::string text = fmt::format("{} {}: {}, {:.1f} MB", recording.is_recording ? "recording" : "recorded",
                                  recording.run.string(), counted(recording.rows, "row"),
@@ -51,7 +51,7 @@ void add_axes(const StatusAnswer& status, std::vector<std::string>& lines) {
         remark_on(axis));
 }
 
-/// Returns "bus vcan0: up, 4000 frames/s, 38.2 %".
+/// Returns a line such as "bus vcan0: up, 4000 frames/s, load 38.2 %".
 std::string bus_text(const BusReport& bus) {
   std::string text = fmt::format("bus {}: {}", bus.interface, bus.state);
   if (!std::isnan(bus.frames_per_s)) text += fmt::format(", {:.0f} frames/s", bus.frames_per_s);
@@ -65,7 +65,8 @@ std::string timing_text(const TimingAnswer& timing) {
       timing.period_us, timing.lateness_us, timing.turnaround_us, timing.execution_us);
 }
 
-/// Returns the last event of a node. The row of an axis shows whether this axis waits for a node.
+/// Returns a line with the last event of any node. Whether an axis still waits for a node is shown in the
+/// line of the axis.
 std::string nodes_text(const std::optional<LastEvent>& event) {
   return event ? fmt::format("nodes: {}, {:.1f} s", event->text, event->time_s) : "nodes: no event yet";
 }

@@ -1,4 +1,4 @@
-// The state of a running controller as lines of text.
+// Formats the status of a running controller as lines of text.
 #pragma once
 
 #include <optional>
@@ -10,14 +10,16 @@
 
 namespace hystcan::app {
 
-/// Formats the value; "-" if it is NaN.
+/// Formats the value with four decimals; "-" if it is NaN.
 std::string four_decimals(double value);
 
-/// Returns lines with the counters and the recording, and a line for each axis. The lines can have any width.
+/// Returns a line with the counters, a line about the recording if there is one, and a line for each axis.
+/// Lines may be wider than the terminal.
 std::vector<std::string> status_lines(const StatusAnswer& status);
 
-/// Like status_lines(), for a screen: adds timing, the last event of a node, and the interface, if given. If
-/// no answer arrived, `status` is nullopt and `error` is the reason.
+/// Returns status_lines() with additional lines for a screen: the timing, the last event of a node, and the
+/// CAN interface if `bus` is given. If the controller did not answer, `status` is nullopt and `error` is the
+/// reason.
 std::vector<std::string> status_screen(const std::optional<StatusAnswer>& status,
                                        const std::optional<BusReport>& bus, const std::string& error);
 

@@ -13,11 +13,11 @@ namespace hystcan::app {
 
 class TruthLog {
  public:
-  /// Replaces the file. Throws std::system_error if the file can't be created.
+  /// Creates the file; replaces an existing one. Throws std::system_error if the file cannot be created.
   TruthLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
 
   void write(const twin::Truth& truth);
-  /// Returns the reason if rows were lost.
+  /// Closes the file. Returns the reason if rows could not be written.
   std::optional<std::string> close();
 
  private:

@@ -36,9 +36,10 @@ using identification::Dataset;
 struct TuneArguments {
   OpenLoopOptions run;
   std::filesystem::path output = "tuning.toml";
-  std::filesystem::path written, picture, table;  ///< empty: not requested
-  std::filesystem::path record;                   ///< empty: an experiment records it
-  config::DatasetLayout layout{};                 ///< layout of the record
+  std::filesystem::path written, picture, table;  ///< output files; empty if the user does not request one
+  std::filesystem::path record;                   ///< existing record of a step response; empty: the command
+                                                  ///< drives the stage and records one
+  config::DatasetLayout layout{};                 ///< how to read `record`: columns, rate, scale
   std::optional<double> centre, amplitude;
   double period_s = 0.4;
   unsigned cycles = 5;
@@ -63,15 +64,17 @@ CautiousRule cautious_rule(const TuneArguments& options) {
   return rule;
 }
 
-/// Returns the given amplitude, or the default, reduced if the twin gets close to a limit.
+/// Returns the steps of the experiment, with the amplitude of the options. If they give none, the default
+/// amplitude is used; it is reduced if the twin gets close to a limit.
 Excitation::Steps chosen_steps(const TuneArguments& options, const config::Config& config,
                                const twin::Config& twin) {
   const Excitation::Steps stated = steps(options, config.axes[0].control.gate);
-  in_open_loop(config, stated);  // refuses steps outside the range
+  in_open_loop(config, stated);  // throws if the steps exceed the drive range
   return options.amplitude ? stated : std::get<Excitation::Steps>(with_margin(config, twin, stated));
 }
 
-/// The requested files, opened before the axis moves.
+/// Opens the requested output files before the axis moves, so that an unwritable file stops the command
+/// early.
 struct RequestedFiles {
   RequestedFiles(const TuneArguments& options, const config::Config& loaded) {
     refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
@@ -100,7 +103,7 @@ void put(std::optional<OutputFile>& file, const std::string& text) {
   file->commit();
 }
 
-/// The data on which the proposal is based.
+/// The step record and the plant identified from it. The proposed gains are computed from this plant.
 struct Measured {
   Dataset record;
   IdentifiedPlant plant;
@@ -112,7 +115,8 @@ Measured measured_before(const TuneArguments& options, const config::Config& con
   input.axis = report.axis;
   input.input_unit = report.drive_unit;
   input.layout = options.layout;
-  load(records, input, true);  // accepts doubtful rows: the record sets no limit of the stage
+  load(records, input, true);  // true: accept doubtful rows with a warning, because no limit of the stage is
+                               // derived from this record
   report.record = options.record.filename().string();
   return {*records.step, *shown_plant(records, config.axes[0].control.delays)};
 }
@@ -130,7 +134,8 @@ int tune(const TuneArguments& options) {
   const config::Config loaded = config::load(options.run.config);
   RequestedFiles files(options, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
-  const twin::Config twin = twin_config(loaded);  // with all axes, as on the bus
+  const twin::Config twin = twin_config(loaded);  // the twin simulates all axes, because they share the bus
+                                                  // with the tuned axis
   TuningReport report = tuning_of(config);
   report.rule = options.sensitivity;
   report.cautious_rule = cautious_rule(options);

@@ -46,7 +46,7 @@ std::vector<WatchedAmplifier> amplifiers_of(const twin::Twin& twin) {
   return amplifiers;
 }
 
-/// Logs the begin and end of every fault with the time since the start of the twin.
+/// Logs when an injected fault begins and ends, in s since the start of the twin.
 void log_faults(twin::Twin& twin, can::Time started) {
   twin.faults().on_event([started](const twin::FaultSpec& spec, bool begins, can::Time when) {
     spdlog::info("{:.3f} s: {} {}", can::seconds(when - started), twin::describe(spec),
@@ -54,8 +54,8 @@ void log_faults(twin::Twin& twin, can::Time started) {
   });
 }
 
-/// Opens the control socket and the stream in the same folder. If the default socket belongs to another twin,
-/// this twin runs without one.
+/// Opens the control socket and, in the same folder, the socket of the sample stream. If the default path
+/// cannot be used, for example because another twin uses it, logs a warning and continues without sockets.
 void open(std::optional<ControlSocket>& control, std::optional<SampleStream>& stream,
           const TwinArguments& options, const std::string& interface, LiveLoop& loop,
           TwinCommandHandler& handler, const std::string& greeting, SampleBoard& samples) {
@@ -117,7 +117,8 @@ int run_twin(const TwinArguments& options) {
   };
   const auto stopping = loop.scheduler().make_timer(end);
   TwinCommandHandler handler(twin, loop.scheduler(), [&] {
-    stopping->expire_at(loop.scheduler().now() + std::chrono::milliseconds(20));  // after the answer was sent
+    stopping->expire_at(loop.scheduler().now() + std::chrono::milliseconds(20));  // delay: the answer to the
+                                                                                  // client is sent first
   });
   std::optional<ControlSocket> socket;
   std::optional<SampleStream> stream;

@@ -52,7 +52,10 @@ ValidationOptions validation_options_of(const ValidateArguments& options, const 
   if (!options.quasi_static)
     validation_options.crept = config::load_creep_memory(options.memory, model::OutputCreep(lag.creep),
                                                          validation_options.memory->output);
-  if (validation_options.crept) validation_options.crept->time_s.reset();  // the first row sets the time
+  if (validation_options.crept)
+    validation_options.crept->time_s.reset();  // the saved time is removed, so
+                                               // that time counts from the
+                                               // dataset's first row
   return validation_options;
 }
 
