@@ -21,8 +21,8 @@ namespace {
 
 using namespace hystcan;
 
-/// Prints a line on standard error. Does not throw if standard error is closed, for example with its
-/// terminal, and does not wait forever for its reader.
+/// Prints a line on standard error and returns `status`. Does not throw if standard error is closed, and
+/// waits at most 1 s for a reader that does not read.
 int print_line(const std::string& text, int status) {
   const std::string line = printable(text) + "\n";
   spdlog::default_logger()->flush();
@@ -31,7 +31,7 @@ int print_line(const std::string& text, int status) {
   return status;
 }
 
-/// Prints the error in one line; file names may contain line ends.
+/// Prints the error as one line and returns `status`. Line ends, which file names may contain, become spaces.
 int print_error(std::string reason, int status) {
   std::ranges::replace(reason, '\n', ' ');
   return print_line(fmt::format("hystcan: {}", reason), status);
@@ -51,7 +51,7 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() != 0) return print_line(app::usage_error(cli, error), bad_input);
     std::ostringstream help_text, ignored;
-    cli.exit(error, help_text, ignored);  // --help, --version
+    cli.exit(error, help_text, ignored);  // prints the text of --help or --version
     return print_for_reader([&] {
       print(help_text.str());
       return done;
@@ -60,7 +60,8 @@ int run(int argc, char** argv) {
   return status;
 }
 
-/// Runs the command and returns its exit status. Prints its exceptions.
+/// Runs the command and returns its exit status. If the command throws, prints the error and returns the
+/// matching exit status.
 template <class Command>
 int report_errors(const Command& command) {
   try {
@@ -72,7 +73,7 @@ int report_errors(const Command& command) {
   } catch (const std::system_error& error) {
     if (!is_lost_output()) return print_error(error, failed);
     return print_error(lost_output_text(error.code().message()), failed);
-  } catch (const std::exception& error) {  // RunError, a full disk
+  } catch (const std::exception& error) {  // for example RunError, or a full disk
     return print_error(error, failed);
   }
 }

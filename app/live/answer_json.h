@@ -1,5 +1,6 @@
-// Writes and reads the structs of app/live/control_answers.h as JSON objects, by their `visit`. NaN is null.
-// Other members of an object, for example from a newer program, are ignored.
+// Converts the answer structs of app/live/control_answers.h to JSON objects and back, by means of their
+// `visit` functions. NaN becomes null. If an object has additional members, for example from a newer program,
+// they are ignored.
 #pragma once
 
 #include <fmt/format.h>
@@ -30,7 +31,8 @@ inline constexpr bool is_optional = false;
 template <class T>
 inline constexpr bool is_optional<std::optional<T>> = true;
 
-/// True for types without a `visit` that contain no type with a `visit`.
+/// True for a type that is converted to JSON directly, for example a number or a text. False for a struct
+/// with a `visit`, a list or an optional.
 template <class T>
 inline constexpr bool is_value =
     std::is_arithmetic_v<T> || HasWords<T> || std::is_same_v<T, std::string> ||
@@ -53,7 +55,7 @@ class AnswerWriter {
   nlohmann::json object = nlohmann::json::object();
 };
 
-/// Converts a struct with a `visit`, a list of such structs, or one value.
+/// Converts `value` to JSON. T is a struct with a `visit`, a list, or a single value.
 template <class T>
 nlohmann::json as_json(T value) {
   if constexpr (std::is_same_v<T, std::filesystem::path>) {
@@ -75,7 +77,8 @@ nlohmann::json as_json(T value) {
   }
 }
 
-/// Reads a value; throws RunError with its place and the expected type.
+/// Reads `to` from JSON. If the type is wrong, throws RunError with `place` (the path of the value) and the
+/// expected type.
 template <class T>
 void read_value(const nlohmann::json& from, T& to, const std::string& place);
 
@@ -140,7 +143,8 @@ void read_value(const nlohmann::json& from, T& to, const std::string& place) {
   }
 }
 
-/// Returns {"ok": true, ...}, or {"ok": false, ...} for a refusal.
+/// Returns {"ok": true, ...} with the members of `answer`, or {"ok": false, ...} if `answer` is a
+/// RefusedAnswer.
 template <class T>
 nlohmann::json answer_json(T answer) {
   nlohmann::json object = as_json(std::move(answer));
@@ -148,13 +152,13 @@ nlohmann::json answer_json(T answer) {
   return object;
 }
 
-/// Returns true if the command was carried out.
+/// Returns true if the answer contains "ok": true, so the command was executed.
 inline bool is_done(const nlohmann::json& answer) {
   const auto ok = answer.find("ok");
   return ok != answer.end() && *ok == true;
 }
 
-/// Throws RunError if a member is missing or has another type.
+/// Converts a JSON object to the struct T. Throws RunError if a member is missing or has the wrong type.
 template <class T>
 T read_object(const nlohmann::json& object) {
   T read{};
@@ -162,7 +166,8 @@ T read_object(const nlohmann::json& object) {
   return read;
 }
 
-/// Like read_object(); throws RunError with the reason if the answer is a refusal.
+/// Converts the answer to a command to the struct T. If the answer is a refusal ("ok": false), throws
+/// RunError with its reason; otherwise throws under the same conditions as read_object().
 template <class T>
 T read_answer(const nlohmann::json& answer) {
   if (!is_done(answer)) throw RunError(read_object<RefusedAnswer>(answer).error);

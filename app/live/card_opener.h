@@ -1,4 +1,4 @@
-// Opens the cards named in [axis.analogue].
+// Opens the data acquisition cards named in [axis.analogue].
 #pragma once
 
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace hystcan::app {
 
-/// Returns a function that opens a real card, or the simulated card with the stages of `axes`. The arguments
-/// must outlive it.
+/// Returns a function that opens the card with a given device name: a real card, or the simulated card, which
+/// is connected to simulated stages of `axes`. All three arguments must outlive the returned function.
 node::Cards::Open card_opener(const config::Config& config, const std::vector<node::WiredAnalogueAxis>& axes,
                               can::Scheduler& scheduler);
 

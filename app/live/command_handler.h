@@ -1,5 +1,5 @@
-// The interface between a control socket and the process that it commands, with two implementations:
-// ControllerCommandHandler and TwinCommandHandler.
+// The interface between a control socket and the process that executes the socket's commands.
+// ControllerCommandHandler and TwinCommandHandler implement it.
 #pragma once
 
 #include <functional>
@@ -11,11 +11,11 @@
 
 namespace hystcan::app {
 
-/// Sends the answer to a command: {"ok": true, ...} or {"ok": false, "error": "..."}. Each command gets
-/// exactly one answer.
+/// Sends the answer to one command: {"ok": true, ...} or {"ok": false, "error": "..."}. A handler calls it
+/// exactly once per command, unless the client disconnects first.
 struct Answer {
   std::function<void(nlohmann::json)> send;
-  const void* client = nullptr;  ///< identifies the client for CommandHandler::forget(); may be null
+  const void* client = nullptr;  ///< client that sent the command, for CommandHandler::forget(); may be null
   void operator()(nlohmann::json result) const { send(std::move(result)); }
 };
 
@@ -26,7 +26,8 @@ class CommandHandler {
   CommandHandler(const CommandHandler&) = delete;
   CommandHandler& operator=(const CommandHandler&) = delete;
 
-  /// Executes a command from the socket: {"do": "enable", "axis": "x"}.
+  /// Executes a command such as {"do": "enable", "axis": "x"}. If that throws, the answer is a refusal with
+  /// the text of the exception.
   void execute(const nlohmann::json& command, const Answer& answer) {
     try {
       carry_out(take_command(command, server).verb, command, answer);
@@ -34,13 +35,13 @@ class CommandHandler {
       answer(refusal(error_text(error)));
     }
   }
-  /// Drops the pending commands of a client that disconnected.
+  /// Drops the pending commands of a client. Called when the client disconnects.
   virtual void forget(const void* client) = 0;
 
   const Server server;
 
  private:
-  /// Throws if the command is invalid; nothing is changed then.
+  /// Executes a valid command. If the arguments are invalid, throws and changes nothing.
   virtual void carry_out(Verb verb, const nlohmann::json& command, const Answer& answer) = 0;
 };
 

@@ -1,7 +1,7 @@
-// The answers of a control socket, one struct for each, with its members besides `ok`. A `visit` gives the
-// name, unit and description of each member; an `optional` member is present under the condition in its
-// description. app/live/answer_json.h writes and reads the answers by `visit`, and the table of
-// docs/control_socket.md is generated from it.
+// The answers of a control socket. Each answer is a struct; its JSON object has the same members and `ok`. A
+// `visit` function gives the name, unit and description of each member. An `optional` member is present only
+// under the condition in its description. app/live/answer_json.h writes and reads the answers with `visit`,
+// and the table of docs/control_socket.md is generated from it.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,16 @@
 namespace hystcan::app {
 
 struct About {
-  std::string_view unit;  ///< empty if none
+  std::string_view unit;  ///< unit of the member; empty if it has none
   std::string_view meaning;
 };
 
-/// A missing value: null on the wire.
+/// Marks a number that is missing. In JSON it is null.
 inline constexpr double no_value = std::numeric_limits<double>::quiet_NaN();
 
 struct RefusedAnswer {
   std::string error;
-  std::map<std::string, std::string> refusals{};  ///< names of the reasons, by axis name
+  std::map<std::string, std::string> refusals{};  ///< reason of each axis that refused, by the axis's name
   std::string file{};
 };
 template <class V>
@@ -309,7 +309,8 @@ void visit(V& v, TwinStatusAnswer& a) {
   v.member("faults", a.faults, {"", "each active fault"});
 }
 
-/// Calls `use` with an empty answer of this kind; does nothing for `none`.
+/// Calls `use` with a default-constructed answer struct of this kind, so that `use` gets its type. Does
+/// nothing for `none`.
 template <class Use>
 void with_answer(Reply reply, Use use) {
   if (reply == Reply::done) use(DoneAnswer{});

@@ -21,11 +21,14 @@ namespace {
 using boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
-constexpr std::size_t longest_answer = 1'048'576;  // bytes; a status of 32 axes has about 10 000
+// In bytes. For comparison: the status of 32 axes has about 10 000.
+constexpr std::size_t longest_answer = 1'048'576;
+// 000
 
 [[noreturn]] void fail_with(int error) { throw std::system_error(error, std::generic_category()); }
 
-/// Connects. If the queue of new connections is full, the kernel waits for at most SO_SNDTIMEO.
+/// Connects to the socket `file`. If the server's queue of new connections is full, connect() waits for at
+/// most `limit`, which is set as SO_SNDTIMEO.
 void connect_within(stream_protocol::socket& socket, const std::filesystem::path& file,
                     std::chrono::milliseconds limit) {
   stream_protocol::endpoint place;
@@ -52,7 +55,7 @@ nlohmann::json ask_socket(const std::filesystem::path& file, const nlohmann::jso
   std::optional<error_code> end;
   const std::string line = command.dump() + "\n";
   boost::asio::async_write(socket, boost::asio::buffer(line), [&](const error_code&, std::size_t) {
-    // A server that already closed the connection may have sent a reason, which can still be read.
+    // If the server has already closed the connection, its reason may still be readable.
     boost::asio::async_read_until(socket, received, '\n',
                                   [&](const error_code& error, std::size_t) { end = error; });
   });

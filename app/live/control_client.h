@@ -8,9 +8,10 @@
 
 namespace hystcan::app {
 
-/// Sends one command and returns its answer. Throws std::system_error if the socket can't be used or is
-/// closed, if no answer arrives within `limit` (ETIMEDOUT), or if the answer is not a JSON object (EBADMSG)
-/// or longer than 1 MiB (EMSGSIZE). Without a limit, it waits while the connection is open.
+/// Sends one command to the socket `file` and returns its answer. Throws std::system_error if the socket
+/// cannot be used or is closed, if no answer arrives within `limit` (ETIMEDOUT), if the answer is not a JSON
+/// object (EBADMSG), or if the answer is longer than 1 MiB (EMSGSIZE). Without a limit, waits until the
+/// server answers or closes the connection.
 nlohmann::json ask_socket(const std::filesystem::path& file, const nlohmann::json& command,
                           std::optional<std::chrono::milliseconds> limit);
 

@@ -32,7 +32,7 @@ const ControlCommand& take_command(const json& command, Server server) {
 }
 
 nlohmann::json parse_command(const std::string& line) {
-  constexpr int deepest = 8;  // limits the stack of later recursions over the command
+  constexpr int deepest = 8;  // maximum nesting of JSON, so that later recursions cannot exhaust the stack
   bool is_deep = false;
   const auto is_kept = [&is_deep](int depth, nlohmann::json::parse_event_t, const nlohmann::json&) {
     is_deep = is_deep || depth > deepest;

@@ -1,6 +1,7 @@
-// The control protocol: each command of a control socket with its arguments, its access rights and its
-// answer. Its words are only in this table. The command handlers, `hystcan ctl` with its help and its
-// completion, the page's server, the Python package and the table of docs/control_socket.md use it.
+// The control protocol: a table with each command of a control socket, its arguments, its access rights and
+// its answer. The words of the protocol are only in this table. The command handlers, `hystcan ctl` with its
+// help and completion, the page's server, the Python package and the table of docs/control_socket.md are all
+// derived from it.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +18,7 @@
 
 namespace hystcan::app {
 
-/// The commands, in the order in which a refusal lists them.
+/// The commands, in the order in which an error message lists them.
 enum class Verb : std::uint8_t {
   status,
   settings,
@@ -39,11 +40,12 @@ enum class Verb : std::uint8_t {
 
 enum class Server : std::uint8_t { controller, twin };
 
-/// One connection at a time may send commands that write; every connection may send the others.
+/// The right that a command needs. Every connection may send a command that `reads` something or that `ends`
+/// something (for example stop, disable). Only one connection at a time may send commands that `write`.
 enum class Access : std::uint8_t { reads, ends, writes };
 constexpr auto words(Access) { return std::to_array<std::string_view>({"reads", "ends", "writes"}); }
 
-/// The kind of answer to a command (app/live/control_answers.h); `none`: the server does not accept the
+/// The struct in app/live/control_answers.h that answers a command. `none`: this server does not accept the
 /// command.
 enum class Reply : std::uint8_t {
   none,
@@ -64,11 +66,11 @@ constexpr auto words(Reply) {
 
 struct Argument {
   enum class Type : std::uint8_t { text, value, on_or_off, fault, node, number, duration_s, timeout_s };
-  std::string_view name;  ///< name of the member in the JSON object of the command
-  std::string_view ctl;   ///< for `hystcan ctl`: positional name, or --option
+  std::string_view name;  ///< name of the JSON member in the command
+  std::string_view ctl;   ///< name in `hystcan ctl`: a positional argument, or --option
   Type type = Type::text;
   std::string_view example;
-  std::string_view meaning;  ///< for the help
+  std::string_view meaning;  ///< description in the help of `hystcan ctl`
   bool is_needed = true;
 
   constexpr bool is_number() const { return type >= Type::number; }
@@ -76,13 +78,15 @@ struct Argument {
 
 struct ControlCommand {
   Verb verb;
-  std::string_view word;  ///< value of the member `do`
+  std::string_view word;  ///< name of the command: the value of the JSON member `do`
   Access access;
   Reply controller, twin;
-  int page_place;  ///< position in the list of commands that a page may send; 0: not allowed
+  int page_place;  ///< position in the list of commands that a page may send; 0: a page may not send this
+                   ///< command
   std::span<const Argument> arguments;
-  std::string_view meaning;  ///< for the help of `hystcan ctl`, which lists the commands in this order
-  std::optional<controller::Request::Kind> act{};  ///< the controller's request for this command
+  std::string_view meaning;  ///< description in the help of `hystcan ctl`, which lists commands in this order
+  std::optional<controller::Request::Kind> act{};  ///< request that the controller's control thread executes
+                                                   ///< for this command
 
   constexpr std::string_view ctl_word() const { return verb == Verb::go_to ? "go" : word; }
   constexpr Reply reply_of(Server server) const { return server == Server::twin ? twin : controller; }
@@ -149,19 +153,21 @@ inline constexpr auto commands = std::to_array<ControlCommand>({
 constexpr const ControlCommand& row_of(Verb verb) {
   return *std::ranges::find(protocol::commands, verb, &ControlCommand::verb);
 }
-/// Returns {"do": "status"}.
+/// Returns the JSON object of a command without arguments, for example {"do": "status"}.
 nlohmann::json command_of(Verb verb);
 
-/// Returns the table row of the command named in `do`; null if the server does not accept this command.
+/// Returns the table row of the command named in `do`; null if this kind of server does not accept the
+/// command.
 const ControlCommand* find_command(const nlohmann::json& command, Server server);
-/// Like find_command(), but throws Error with the accepted words instead of returning null.
+/// Returns the same as find_command(), but throws Error with the accepted words if there is no such command.
 const ControlCommand& take_command(const nlohmann::json& command, Server server);
 
-/// Parses one line of the socket, a command or an answer. The result is not a JSON object if the line is not
-/// one, or if it is nested deeper than eight levels.
+/// Parses one line of the socket, which is a command or an answer. If the line is not a JSON object, or is
+/// nested deeper than eight levels, the result is not an object either. Callers check is_object().
 nlohmann::json parse_command(const std::string& line);
 
-/// Returns the text or number of this key. Throws Error if the key is missing or has another type.
+/// Returns the member `key` of the command as text or number. Throws Error if the member is missing or has
+/// another type.
 std::string text_of(const nlohmann::json& command, const char* key);
 double number_of(const nlohmann::json& command, const char* key);
 

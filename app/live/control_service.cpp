@@ -14,13 +14,13 @@
 namespace hystcan::app {
 namespace {
 
-void ignore_answer(const nlohmann::json&) {}  // the handler logs it
+void ignore_answer(const nlohmann::json&) {}  // needs no answer, because the handler logs the result
 
 void log_failure(const std::exception* error) noexcept {
   try {
     spdlog::error("a command of the control socket failed: {}",
                   error != nullptr ? error_text(*error) : "an unknown exception");
-  } catch (...) {  // not logged, because logging needs memory, too
+  } catch (...) {  // gives up logging: it needs memory, and memory may be exhausted
     return;
   }
 }
@@ -59,7 +59,8 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
   });
 }
 
-/// Opens the stream. If that fails, the controller runs without a stream.
+/// Opens the socket of the sample stream. If that fails, logs a warning, and the controller runs without a
+/// stream.
 void ControlService::open_stream(const std::filesystem::path& file, const std::string& greeting,
                                  SampleBoard& samples) {
   try {

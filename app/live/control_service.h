@@ -1,5 +1,6 @@
-// The thread that serves a running controller's control socket, watches its configuration file, and handles
-// SIGHUP. It has an ordinary priority and shares only two lock-free rings with the control thread.
+// Runs the service thread of a controller. This thread serves the control socket, watches the configuration
+// file and handles SIGHUP. It has an ordinary priority and shares only two lock-free rings with the control
+// thread.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -16,22 +17,22 @@
 
 namespace hystcan::app {
 
-/// Runs until the context is stopped. An exception of a handler, including lack of memory, ends this handler
-/// and not the process.
+/// Calls the handlers of `context` until it is stopped. If a handler throws an exception, even for lack of
+/// memory, logs the exception and continues with the next handler. The process does not end.
 void run_despite_exceptions(boost::asio::io_context& context);
 
 class ControlService {
  public:
-  /// `files`: the cache of LiveConfig. If `socket` is empty, there is neither a socket nor a stream. Throws
-  /// RunError if the socket can't be opened.
+  /// `files`: the file cache for LiveConfig. If the path `socket` is empty, opens neither the control socket
+  /// nor the stream. Throws RunError if the control socket cannot be opened.
   ControlService(const std::filesystem::path& config_file, const config::Config& config,
                  config::ReadFiles files, const std::filesystem::path& socket, CycleOutlets& outlets);
-  ~ControlService();  ///< answers waiting clients and ends the thread
+  ~ControlService();  ///< answers the waiting clients, then ends the thread
   ControlService(const ControlService&) = delete;
   ControlService& operator=(const ControlService&) = delete;
 
   controller::RequestLink& requests() { return requests_; }
-  /// Reads the file again. Any thread may call it.
+  /// Reads the configuration file again and applies it. Any thread may call this function.
   void reload();
 
  private:

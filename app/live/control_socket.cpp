@@ -33,19 +33,20 @@ pid_t pid_of(stream_protocol::socket& socket) {
 
 }  // namespace
 
-/// One connection. It lives while one of its operations is pending.
+/// One client connection. The object exists while one of its asynchronous operations is pending.
 class ControlSocket::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(stream_protocol::socket socket, ControlSocket& owner)
       : socket_(std::move(socket)), owner_(owner), pid_(pid_of(socket_)), limit_(socket_.get_executor()) {}
 
-  /// Returns true if the connection neither waits for an answer nor has the right to write.
+  /// Returns true if the connection may be closed for a new one: it is not waiting for an answer and does not
+  /// have the right to write.
   bool is_idle() const { return !obeying_ && owner_.writer_.lock().get() != this; }
   void close() {
     error_code ignored;
     socket_.close(ignored);
   }
-  /// Accepts only one line, which must be `stop`, and closes the connection soon.
+  /// Reads only one line, which must be the command `stop`. Closes the connection after `time_for_a_stop`.
   void read_only_a_stop() {
     stop_only_ = true;
     close_after(time_for_a_stop);
@@ -98,8 +99,9 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     });
   }
 
-  /// Executes a command. Until the answer is ready, only the wait for a disconnect keeps the session alive,
-  /// so that a client that is killed while it waits loses the right to write immediately.
+  /// Executes a command. Until the answer is ready, the session exists only because it waits for the client
+  /// to disconnect. If the client is killed during this time, the session ends and frees the right to write
+  /// at once.
   void execute(const nlohmann::json& command) {
     obeying_ = true;
     socket_.async_wait(stream_protocol::socket::wait_error,
@@ -158,7 +160,8 @@ void ControlSocket::admit(stream_protocol::socket connection) {
   session->read();
 }
 
-/// Returns false if no connection is idle.
+/// Makes room for a new connection; closes the longest idle one if necessary. Returns false if all
+/// connections are busy.
 bool ControlSocket::make_place() {
   std::erase_if(sessions_, [](const std::weak_ptr<Session>& session) { return session.expired(); });
   if (sessions_.size() < most_sessions) return true;

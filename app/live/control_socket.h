@@ -1,11 +1,12 @@
 // The local control socket: a Unix stream socket. A client sends one JSON object per line and receives one
-// JSON object per line, in the same order.
+// JSON object per line as the answer, in the same order.
 //
-// Access is controlled by the file permissions. There is one writer at a time: the first connection that
-// changes something keeps this right until it closes. Other connections may read the status and stop.
+// Access is controlled by the permissions of the socket file. Only one connection at a time has the right to
+// write: the first connection that changes something gets this right and keeps it until it closes. Other
+// connections may still read the status, and may end something with `stop`, `disable` or `remove`.
 //
 // There are at most 16 connections. A further connection replaces the one that was idle longest. If none is
-// idle, the further connection may still send one `stop` within 0.1 s.
+// idle, the further connection may only send one `stop`, within 0.1 s.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -23,7 +24,7 @@ namespace hystcan::app {
 
 class ControlSocket {
  public:
-  /// Throws RunError under the same conditions as LocalListener.
+  /// Opens the socket `file`. Throws RunError under the same conditions as LocalListener.
   ControlSocket(boost::asio::io_context& context, std::filesystem::path file, CommandHandler& handler);
   ControlSocket(const ControlSocket&) = delete;
   ControlSocket& operator=(const ControlSocket&) = delete;
@@ -36,8 +37,10 @@ class ControlSocket {
   void mark_as_newest(const Session& session);
 
   CommandHandler& handler_;
-  std::vector<std::weak_ptr<Session>> sessions_;  ///< in the order of their last line; the newest is last
-  std::weak_ptr<Session> last_resort_;            ///< a connection beyond the limit, which may only stop
+  std::vector<std::weak_ptr<Session>> sessions_;  ///< all connections, sorted by the time of their last line;
+                                                  ///< the newest is last
+  std::weak_ptr<Session> last_resort_;            ///< the connection beyond the limit; it may only send
+                                                  ///< `stop`
   std::weak_ptr<Session> writer_;
   LocalListener listener_;
 };

@@ -21,9 +21,9 @@ using nlohmann::json;
 
 constexpr auto poll_period = std::chrono::milliseconds(5);
 
-constexpr double longest_wait_s = 1e6;  // twelve days; also the default of `wait`
+constexpr double longest_wait_s = 1e6;  // s, about twelve days; `wait` without timeout_s waits this long
 
-/// Formats the value as TOML. Only tables, also in lists, differ from JSON.
+/// Formats a JSON value as TOML. The two formats differ only for tables, which may also be in a list.
 std::string toml_of(const json& value) {
   if (!value.is_structured()) return value.dump();
   std::vector<std::string> members;
@@ -80,8 +80,9 @@ std::string joined(const std::vector<config::Change>& changes) {
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
-/// Returns the answer to `wait`; null if the wait continues. The StatusBoard lags behind the
-/// control thread: records up to `since_cycle` may describe an earlier move.
+/// Returns the answer to the command `wait`; null if the client must wait longer. `record` may be older than
+/// the last command, because the telemetry thread delivers it later. A record up to `since_cycle` may
+/// therefore describe an earlier movement and does not count.
 json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
   if (record.cycle <= since_cycle) return {};
   const controller::AxisReport& report = record.report;
@@ -148,7 +149,7 @@ json ControllerCommandHandler::record(const json& command) {
   return answer_json(RunAnswer{.run = run.string()});
 }
 
-/// Returns the named axis; all axes if none is named.
+/// Returns the index of the axis that the command names. If it names none, returns the indices of all axes.
 std::vector<std::size_t> ControllerCommandHandler::axes_of(const json& command) const {
   if (command.contains("axis")) return {live_.axis_index(text_of(command, "axis"))};
   std::vector<std::size_t> all(live_.axis_names().size());
@@ -200,7 +201,7 @@ json ControllerCommandHandler::settings() const {
                                       .settings = live_.settings(),
                                       .unsaved = config::changes(live_.settings_of_file(), live_.settings()),
                                       .undo = live_.single_settings()});
-  } catch (const Error& error) {  // the file was changed and is invalid
+  } catch (const Error& error) {  // the file was changed since the last load and is invalid now
     return answer_json(RefusedAnswer{.error = error.what(), .file = file});
   }
 }
@@ -237,7 +238,8 @@ void ControllerCommandHandler::apply(LiveConfig::Prepared prepared, const Answer
   });
 }
 
-/// Calls `done` after all requests are answered.
+/// Sends all requests to the control thread. Calls `done` with the refusals after the last request was
+/// answered.
 void ControllerCommandHandler::ask_all(std::vector<std::unique_ptr<Request>> requests,
                                        std::function<void(const Outcome&)> done) {
   struct Round {

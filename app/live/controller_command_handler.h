@@ -1,5 +1,6 @@
-// Converts the commands of the control socket and the changes of the configuration file to requests to the
-// control thread, and returns its answers. All of this runs on one thread, not on the control thread.
+// Translates the commands of the control socket and the changes of the configuration file into requests to
+// the control thread, and returns the answers of the control thread. All this code runs on one thread, which
+// is not the control thread.
 //
 //   ControlSocket (line-delimited JSON) ──▶ ControllerCommandHandler ──▶ RequestLink ──▶ control thread
 //   file watch, SIGHUP ──▶ LiveConfig ──────┘    └──▶ CycleOutlets (newest cycle records, recorder)
@@ -29,9 +30,9 @@ class ControllerCommandHandler final : public CommandHandler {
                            CycleOutlets& outlets, LiveConfig& live);
 
   void forget(const void* client) override;
-  /// Reads the file again, applies it if it is valid, and logs the result.
+  /// Reads the configuration file again, applies it if it is valid, and logs the result.
   void reload(const Answer& answer);
-  /// Answers all waiting clients, because the controller ends.
+  /// Answers all waiting clients with a refusal, because the controller is about to end.
   void close();
 
  private:
@@ -55,7 +56,7 @@ class ControllerCommandHandler final : public CommandHandler {
     std::string axis;
     controller::Refusal why;
   };
-  using Outcome = std::vector<Refused>;  ///< empty if every axis carried out its request
+  using Outcome = std::vector<Refused>;  ///< refusals; empty if every axis executed its request
   void ask_all(std::vector<std::unique_ptr<controller::Request>> requests,
                std::function<void(const Outcome&)> done);
   static std::vector<std::string> texts_of(const Outcome& outcome);
@@ -69,8 +70,9 @@ class ControllerCommandHandler final : public CommandHandler {
   controller::RequestLink& requests_;
   CycleOutlets& outlets_;
   LiveConfig& live_;
-  std::vector<std::uint64_t> last_before_act_;  ///< last cycle of each axis before the request; later records
-                                                ///< show its effect
+  /// For each axis, the cycle in which its last request was executed. Only later cycle records show the
+  /// effect of the request.
+  std::vector<std::uint64_t> last_before_act_;
   std::map<const controller::Request*, std::function<void(controller::Request&)>> pending_;
   std::vector<Waiter> waiters_;
   bool armed_ = false;

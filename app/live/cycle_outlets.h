@@ -1,5 +1,5 @@
-// The consumers of a controller's cycle records: the newest record of each axis, the stream, and the recorder
-// of runs.
+// Receives the controller's cycle records and passes each one to three consumers: the board with the newest
+// record of each axis, the sample stream, and the recorder of runs.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@
 
 namespace hystcan::app {
 
-/// The newest cycle record of each axis. The telemetry thread writes it; any other thread may read it.
+/// Holds the newest cycle record of each axis. The telemetry thread writes it; any other thread may read it.
 class StatusBoard {
  public:
   using Clock = std::chrono::steady_clock;
@@ -29,17 +29,17 @@ class StatusBoard {
     if (record.event) last_event_ = record;
     put_ = now;
   }
-  /// Returns the newest record with an event of a node; nullopt if there is none.
+  /// Returns the newest cycle record that contains a node event; nullopt if there is none.
   std::optional<controller::CycleRecord> last_event() const {
     const std::scoped_lock lock(mutex_);
     return last_event_;
   }
-  /// Returns the time since the last record, or since the start if there is none.
+  /// Returns the time in s since the last record; if no record has arrived, the time since the start.
   double age_s(Clock::time_point now = Clock::now()) const {
     const std::scoped_lock lock(mutex_);
     return std::chrono::duration<double>(now - put_).count();
   }
-  /// Returns the newest record of each axis; a default-constructed one if the axis has none.
+  /// Returns the newest record of each axis; a default-constructed record if the axis has none yet.
   std::vector<controller::CycleRecord> newest() const {
     const std::scoped_lock lock(mutex_);
     return newest_;
@@ -69,8 +69,8 @@ struct CycleOutlets {
   runs::Recorder recorder;
 
  private:
-  /// Returns the number of samples in one second. This capacity always suffices, because a batch is taken
-  /// every 20 ms.
+  /// Returns the number of samples of all axes in one second. This is the capacity of the sample board. The
+  /// stream empties the board every 20 ms, so the board does not become full.
   static std::size_t samples_of_a_second(const config::Config& config) {
     return config.axes.size() * static_cast<std::size_t>(std::max(config.controller.rate_Hz, 1.0));
   }

@@ -1,4 +1,4 @@
-// Checks the CAN interface.
+// The checks of `hystcan doctor` for the CAN interface.
 #include <fmt/format.h>
 #include <poll.h>
 
@@ -21,17 +21,19 @@
 namespace hystcan::app {
 namespace {
 
-/// The program's socket queues at most eight unsent frames; a longer queue contains frames of other programs.
+/// Maximum length of the transmit queue for a good verdict. This program queues at most eight frames at a
+/// time. A longer queue can fill with frames of other programs, which then delay the commands.
 constexpr std::uint32_t long_queue_frames = 100;
-constexpr unsigned warning_count = 96;  ///< error counter at which the state error-warning begins (ISO
-                                        ///< 11898-1)
+/// Error counter value at which the controller state "error warning" begins (ISO 11898-1).
+constexpr unsigned warning_count = 96;
 
-/// A round trip above this share of the period leaves too little time for sample, answer and other axes.
+/// Maximum round-trip time of a frame, as a share of the period, for a good verdict. A longer round trip
+/// leaves too little time for the sample, the command and the other axes.
 constexpr double good_round_trip_share = 0.2;
 constexpr int round_trips = 200;
 constexpr std::chrono::milliseconds format_listening{300};
 constexpr std::size_t most_heard = 1000;
-constexpr std::uint32_t test_id = 0x7FF;  ///< lowest priority; unused in CANopen
+constexpr std::uint32_t test_id = 0x7FF;  ///< identifier with the lowest priority; CANopen does not use it
 
 Finding examine_bit_rate(const config::Config& config, const std::string& name, const can::Interface& found) {
   const double wanted = config.bus.bitrate_bit_per_s;
@@ -64,7 +66,8 @@ Finding examine_restart(const std::string& name, const can::Interface& found) {
 
 Finding examine_queue(const config::Config& config, const std::string& name, const can::Interface& found) {
   const std::uint32_t frames = found.transmit_queue_frames;
-  // A command for each axis, the SYNC, and one frame for heartbeats and statuses.
+  // The queue must hold the frames of one cycle: the SYNC, a command for each axis, and one heartbeat or
+  // status.
   const auto needed = static_cast<std::uint32_t>(config.axes.size() + 2);
   const bool fits = frames >= needed && frames <= long_queue_frames;
   return judged("queue", found.queue_discipline == "noqueue" || fits,
@@ -99,8 +102,8 @@ Finding examine_errors(const std::string& name, const can::Interface& found) {
   return finding;
 }
 
-/// Measures the time from one socket to another on the same interface. The frame passes through the kernel
-/// and, on a real interface, over the wire: the second socket receives it after it was sent and acknowledged.
+/// Measures the time of a frame from one socket to another socket on the same interface. On a real interface,
+/// the second socket receives the frame only after it was sent on the wire and acknowledged by a node.
 Finding examine_round_trip(const config::Config& config, const std::string& name) {
   const std::array only_test_frames{can::Filter{.id = test_id}};
   const Descriptor from(can::open_raw_socket(name, only_test_frames));
@@ -126,7 +129,7 @@ Finding examine_round_trip(const config::Config& config, const std::string& name
                 "see the rows wake-up, priority and kernel; USB hubs and USB power saving also add delay");
 }
 
-/// Returns the frames of the configured messages that arrive during `format_listening`.
+/// Returns the frames of configured messages that arrive within the time `format_listening`.
 std::vector<can::Frame> listen(const config::Config& config, const std::string& name) {
   std::vector<can::Filter> filters;
   for (const config::AxisConfig& axis : config.axes)

@@ -1,4 +1,4 @@
-// Checks that read /proc and /sys.
+// The checks of `hystcan doctor` that read /proc and /sys.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -12,7 +12,8 @@
 namespace hystcan::app {
 namespace {
 
-/// An idle state whose exit takes longer than this share of the period disturbs every cycle.
+/// Maximum exit time of a processor idle state, as a share of the period. A longer exit would delay every
+/// cycle.
 constexpr double idle_share = 0.05;
 
 Finding examine_kernel(const std::filesystem::path& root) {
@@ -38,8 +39,8 @@ Finding examine_clock(const std::filesystem::path& root) {
                 "find in dmesg why the kernel does not use a faster clock (example: tsc marked unstable)");
 }
 
-/// Returns the processors on which the control thread may run: the configured ones, otherwise all that are
-/// online.
+/// Returns the processors on which the control thread may run: the configured ones, or all online processors
+/// if none is configured.
 std::set<std::int64_t> cpus_in_use(const std::vector<std::int64_t>& configured,
                                    const std::filesystem::path& root) {
   if (!configured.empty()) return {configured.begin(), configured.end()};
@@ -62,7 +63,7 @@ Finding examine_governor(const std::vector<std::int64_t>& configured, const std:
                 "cpupower frequency-set --governor performance");
 }
 
-/// Returns the longest exit latency of all enabled idle states.
+/// Returns the exit time in us of the slowest enabled idle state of this processor; nullopt if there is none.
 std::optional<std::int64_t> deepest_idle_us(const std::filesystem::path& cpu) {
   std::optional<std::int64_t> deepest;
   std::error_code none;

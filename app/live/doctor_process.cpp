@@ -1,4 +1,5 @@
-// Checks the settings that this process can get (priority and memory) and the timing of its alarms.
+// The checks of `hystcan doctor` for this process: which priority and locked memory it can get, and how
+// punctual its timers are.
 #include <fmt/format.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -15,14 +16,14 @@
 namespace hystcan::app {
 namespace {
 
-/// Shares of the period: a lateness below the first hardly affects the loop; above the second, the cycle is
-/// lost.
+/// Limits of the timer lateness, as shares of the period. Below the first limit the lateness hardly affects
+/// the loop. Above the second limit the cycle is lost.
 constexpr double good_wake_up_share = 0.1;
 constexpr double bad_share_of_period = 0.5;
 
-constexpr int usual_priority = 45;  // below the interrupt threads of PREEMPT_RT, which have 50
+constexpr int usual_priority = 45;  // lower than the interrupt threads of PREEMPT_RT, which have 50
 
-/// Runs the work on a new thread, so that the settings of this thread do not change.
+/// Runs `work` on a new thread, because `work` changes scheduling settings that the calling thread must keep.
 template <class Result, class Work>
 Result on_a_thread(Work work) {
   Result result;
@@ -103,7 +104,7 @@ Finding examine_wake_up(const controller::CommonConfig& config, can::Duration du
   const controller::Realtime asked = config.realtime.value_or(controller::Realtime{});
   const can::Duration period = controller::cycle_of(config);
   const auto lateness = on_a_thread<controller::TimeStatistics>([&] {
-    if (!asked.cpus.empty()) keep_to_cpus(asked.cpus);  // a refusal is reported by another check
+    if (!asked.cpus.empty()) keep_to_cpus(asked.cpus);  // ignores a refusal, because another check reports it
     if (asked.priority > 0) take_priority(asked.priority);
     return measure_wake_up(period, duration);
   });

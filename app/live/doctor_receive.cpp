@@ -1,4 +1,4 @@
-// Checks the threads of the kernel that transfer a frame from the adapter to the socket.
+// The check of `hystcan doctor` for the kernel threads that carry a frame from the adapter to the socket.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sched.h>
@@ -13,18 +13,19 @@
 namespace hystcan::app {
 namespace {
 
-/// Priority of the polling threads: above the interrupt threads (50), below the kernel's own threads (99).
+/// Recommended priority of the polling threads. It is higher than the interrupt threads (50) and lower than
+/// the kernel's own threads (99).
 constexpr int polling_priority = 80;
 
 struct KernelThread {
   int pid = 0;
   std::string name;
   SchedulingClass scheduling{};
-  std::string cpus{};  ///< for example "0-3"
+  std::string cpus{};  ///< processors on which the thread may run, for example "0-3"
 };
 
-/// Returns the kernel's threads for an interface. Interrupt threads are named `irq/NN-can0`, or after the
-/// adapter's bus; polling threads are named `napi/can0-NN`.
+/// Returns the kernel threads of an interface: interrupt threads named `irq/NN-can0` and polling threads
+/// named `napi/can0-NN`. An interrupt thread named after the adapter's bus is not found.
 std::vector<KernelThread> threads_of(const std::string& interface, const std::filesystem::path& root) {
   std::vector<KernelThread> threads;
   std::error_code none;
@@ -52,8 +53,8 @@ std::string to_string(const SchedulingClass& scheduling) {
   return scheduling.is_realtime() ? fmt::format("FIFO {}", scheduling.priority) : "not real-time";
 }
 
-/// Class and priority are the fields 41 and 40 of /proc/PID/stat (proc(5)); the name in an earlier field is
-/// in parentheses.
+/// Reads fields 40 (priority) and 41 (policy) of /proc/PID/stat, see proc(5). Field 2 is the process name in
+/// parentheses, which may contain spaces, so the fields are counted from the last ")".
 SchedulingClass class_of(const std::filesystem::path& process) {
   SchedulingClass found;
   const std::string stat = first_line(process / "stat");

@@ -25,7 +25,7 @@ void FileWatch::watch_folders() {
 }
 
 void FileWatch::watch(std::filesystem::path place) {
-  constexpr int most_links = 40;  // same limit as the kernel
+  constexpr int most_links = 40;  // the kernel follows at most this number of links, too
   for (int links = 0; links <= most_links; ++links) {
     names_.insert(place.filename().string());
     const std::filesystem::path folder = place.parent_path();
@@ -46,7 +46,7 @@ void FileWatch::read() {
                               settle_.expires_after(std::chrono::milliseconds(100));
                               settle_.async_wait([this](const boost::system::error_code& cancelled) {
                                 if (cancelled) return;
-                                watch_folders();  // a link may now lead to another folder
+                                watch_folders();  // a symbolic link may now point to another folder
                                 on_change_();
                               });
                             }
@@ -54,8 +54,8 @@ void FileWatch::read() {
                           });
 }
 
-/// Returns true if an event concerns a watched name. The kernel delivers whole events; `len` of each includes
-/// the padding of its name.
+/// Returns true if an event in the buffer belongs to a watched file name. `bytes`: size of the events in the
+/// buffer. The kernel delivers only complete events; the length `len` of a name includes its padding.
 bool FileWatch::has_watched_name(std::size_t bytes) const {
   for (std::size_t at = 0; at + sizeof(inotify_event) <= bytes;) {
     inotify_event event{};

@@ -1,5 +1,6 @@
-// Reports when a file was written or replaced, or a symbolic link in its path was. Watches the folders by
-// inotify, because editors replace the file by a new one. Several changes within 0.1 s count as one.
+// Reports when a file, or a symbolic link in its path, was written or replaced. Uses inotify on the folders
+// instead of the file, because editors replace a file by a new one. Several changes within 0.1 s are reported
+// once.
 #pragma once
 
 #include <array>
@@ -16,7 +17,8 @@ namespace hystcan::app {
 
 class FileWatch {
  public:
-  /// If a folder can't be watched, changes of its files are not reported, and is_watching() is false.
+  /// Calls `on_change` after a change of one of the files. If a folder cannot be watched, changes in it are
+  /// not reported and is_watching() returns false.
   FileWatch(boost::asio::io_context& context, const std::vector<std::filesystem::path>& files,
             std::function<void()> on_change);
 
@@ -25,7 +27,8 @@ class FileWatch {
  private:
   void read();
   bool has_watched_name(std::size_t bytes) const;
-  /// Watches the present folders of the files and of the link targets.
+  /// Starts to watch the folder of each file. If a file is a symbolic link, also watches the folder of the
+  /// target.
   void watch_folders();
   void watch(std::filesystem::path place);
 

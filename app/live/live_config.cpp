@@ -15,7 +15,8 @@ using controller::Request;
 constexpr std::size_t longest_key = 200;
 constexpr std::size_t most_undone = 100;
 
-/// Describes a file whose axes differ from those in force; a list of their keys would be less clear.
+/// Describes how the axes in the file differ from the axes of the running controller. A list of all changed
+/// keys would be less clear.
 std::string difference(const config::Config& config, const std::vector<std::string>& in_force) {
   const std::vector<std::string> in_file = config::axis_names(config);
   std::vector<std::string> texts;
@@ -57,8 +58,10 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
   overrides.push_back({path, toml_value});
   Prepared prepared = prepare(std::move(history));
   if (prepared.at_once.empty())
-    prepared.history.erase(prepared.history.end() - 2);  // no change: the setting
-                                                         // already has this value
+    // If the setting already has this value, nothing changes. The new element then replaces the last element
+    // of the history, so that `undo` has no step without effect.
+    prepared.history.erase(prepared.history.end() - 2);
+  // already has this value
   return prepared;
 }
 

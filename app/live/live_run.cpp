@@ -25,14 +25,14 @@ bool has_terminal() {
   return true;
 }
 
-/// Returns true under nohup.
+/// Returns true if this process ignores SIGHUP, for example because it was started with nohup.
 bool ignores_hang_up() {
   struct sigaction action {};
   return sigaction(SIGHUP, nullptr, &action) == 0 && action.sa_handler == SIG_IGN;
 }
 
-/// Redirects the streams of a closed terminal to /dev/null, so that a report that can't be printed does not
-/// cause a failure.
+/// Redirects standard streams to /dev/null if their terminal was closed. Without this, the report at the end
+/// could not be printed and the run would fail.
 void leave_terminal() {
   const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC);
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
@@ -57,7 +57,7 @@ bool terminal_hung_up() {
 void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealthLog& bus_log,
               const LiveRun& run) {
   constexpr auto check_period = std::chrono::milliseconds(20);
-  terminal_hung_up();  // the first call determines whether there is a terminal
+  terminal_hung_up();  // the first call stores whether the process has a terminal
   const can::Time start = loop.scheduler().now();
   bool stopping = false;
   const auto stop = [&] {
@@ -85,7 +85,7 @@ void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealth
       else if (signal == SIGHUP && run.reload)
         return run.reload();
       if (!stopping) return stop();
-      if (signal != SIGXCPU) loop.stop();  // the kernel repeats SIGXCPU every second
+      if (signal != SIGXCPU) loop.stop();  // not for SIGXCPU, which the kernel repeats every second
     });
   } catch (...) {
     controller.send_safe_commands();
@@ -97,7 +97,8 @@ void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealth
 ExitLimit::~ExitLimit() {
   try {
     std::thread(end_after, limit_).detach();
-  } catch (const std::system_error&) {  // no thread is available: the end has no time limit
+    // Without a thread, the end of the process has no time limit.
+  } catch (const std::system_error&) {
     return;
   }
 }

@@ -1,4 +1,4 @@
-// Prepares the machine for a run on a real bus.
+// Prepares this computer for a run on a real bus.
 #pragma once
 
 #include <string>
@@ -7,12 +7,12 @@
 
 namespace hystcan::app {
 
-/// Logs the settings of the interface, with a warning for each doubtful one. Throws RunError if the interface
-/// can't be used by a node that sends.
+/// Logs the settings of the CAN interface, and a warning for each doubtful setting. Throws RunError if the
+/// interface cannot send the configured frames.
 void check_interface(const config::Config& config, const std::string& interface);
 
-/// Applies [controller.realtime] to this thread and logs a warning for each refused setting. Existing threads
-/// keep their settings.
+/// Applies the table [controller.realtime] to the calling thread. Logs a warning for each setting that the
+/// system refuses. Threads that already exist keep their settings.
 void become_realtime(const config::Config& config);
 
 }  // namespace hystcan::app

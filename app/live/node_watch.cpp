@@ -49,7 +49,7 @@ std::string closing_text(const node::Station& station, const std::vector<Watched
   BusClosing closing{.bus = can::report_of(connections, 0.0)};
   closing.rejected.reserve(amplifiers.size());
   for (const auto& [wire, amplifier] : amplifiers)
-    if (amplifier->index() == 0)  // the axes of a node share the command
+    if (amplifier->index() == 0)  // all axes of a node use the same command: count it once
       closing.rejected.push_back(can::rejected_frames(can::message_map<can::AmpCommand>(wire)->message,
                                                       amplifier->node().checker()));
   std::string text;

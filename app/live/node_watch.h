@@ -1,4 +1,5 @@
-// Logs the states of the amplifiers and of the bus, for a process that contains nodes.
+// Logs the states of the amplifiers and of the bus, for a process that contains CAN nodes (the twin, or
+// `hystcan node`).
 #pragma once
 
 #include <functional>
@@ -20,7 +21,8 @@ struct WatchedAmplifier {
 
 class NodeWatch {
  public:
-  /// Calls `on_taken` if another node on the bus has the same number as a node in `station`.
+  /// Starts the log. Calls `on_taken` if another device on the bus uses the node number of a node in
+  /// `station`.
   NodeWatch(const node::Station& station, std::vector<WatchedAmplifier> amplifiers, can::Scheduler& scheduler,
             const std::string& interface, std::function<void()> on_taken);
 
@@ -39,10 +41,11 @@ class NodeWatch {
   std::unique_ptr<can::Timer> timer_;
 };
 
-/// Returns lines for the end of a run: the bus, and the rejected commands of each amplifier node.
+/// Returns the lines to print at the end of a run: the state of the bus, and the rejected commands of each
+/// amplifier node.
 std::string closing_text(const node::Station& station, const std::vector<WatchedAmplifier>& amplifiers);
 
-/// Throws RunError if another node on the bus has the same number as a node in `station`.
+/// Throws RunError if another device on the bus uses the node number of a node in `station`.
 void refuse_if_taken(const node::Station& station, const std::string& interface);
 
 }  // namespace hystcan::app

@@ -1,4 +1,4 @@
-// A configuration as controller and twin in virtual time.
+// Builds a rehearsal from a configuration: controller and twin in virtual time.
 #pragma once
 
 #include <utility>
@@ -8,7 +8,7 @@
 
 namespace hystcan::app {
 
-/// Combines the controller of `config` with this twin, which may have more axes.
+/// Combines the controller of `config` with `twin`. The twin may have more axes than the controller.
 inline rehearsal::Setup rehearsal_setup(const config::Config& config, twin::Config twin) {
   return {.controller = controller_config(config),
           .twin = std::move(twin),

@@ -12,7 +12,7 @@
 namespace hystcan::app {
 namespace {
 
-/// Returns null for values that were not measured.
+/// Returns the error statistics as JSON. Without samples, the errors are null.
 nlohmann::json error_to_json(const controller::ErrorStatistics& error, double stroke_um) {
   const auto measured = [&](double value) { return error.samples > 0 ? nlohmann::json(value) : nullptr; };
   return {{"samples", error.samples},
@@ -22,14 +22,16 @@ nlohmann::json error_to_json(const controller::ErrorStatistics& error, double st
           {"max_percent", measured(100.0 * error.max_um / stroke_um)}};
 }
 
-/// Adds the error against the reference with sharp corners, if it has turnarounds.
+/// Adds the error relative to the ideal reference with sharp corners, if it differs: the controller rounds
+/// the corners of a triangle.
 void add_ideal(nlohmann::json& object, const controller::ErrorStatistics& error,
                const controller::ErrorStatistics& against_ideal, double stroke_um) {
   if (against_ideal.sum_of_squares != error.sum_of_squares)
     object["against_ideal"] = error_to_json(against_ideal, stroke_um);
 }
 
-/// Returns an empty object if the segment has no levels.
+/// Returns the figures of a segment with constant levels: settling time and overshoot of its steps, and the
+/// noise at rest. Returns an empty object if the segment has no levels.
 nlohmann::json levels_to_json(const controller::LevelStatistics& levels, double band_um) {
   nlohmann::json object = nlohmann::json::object();
   if (const metrics::StepResponse::Result steps = levels.steps.result(); steps.steps > 0) {
@@ -161,8 +163,8 @@ std::string describe(const controller::AxisOutcome& outcome) {
   return line;
 }
 
-// Returns the reason for a failure. The fault of one axis ends the run of all axes, so it explains why
-// another axis did not track.
+// A fault is returned first, because the fault of one axis ends the run of all axes and explains why another
+// axis did not track.
 std::string failure_of(const std::vector<controller::AxisOutcome>& axes) {
   for (const controller::AxisOutcome& axis : axes)
     if (axis.fault.cause != controller::Cause::none) return describe(axis.name, axis.fault);

@@ -1,4 +1,4 @@
-// Tracking results as text and JSON.
+// Formats tracking results as text and JSON.
 #pragma once
 
 #include <cstdint>
@@ -14,39 +14,40 @@
 
 namespace hystcan::app {
 
-/// Errors in the first 0.1 s of each segment of the reference are not counted.
+/// The first 0.1 s of each reference segment are not counted as errors, because the loop settles in this
+/// time.
 inline constexpr double settle_s = 0.1;
 
 nlohmann::json to_json(const controller::AxisOutcome& outcome);
-/// Returns the whole reference, with each segment under "segments".
+/// Returns the errors over the whole reference, and those of each segment under "segments".
 nlohmann::json to_json(const controller::TrackingStatistics& statistics, double stroke_um);
 nlohmann::json to_json(const can::BusReport& report);
-/// Returns the counts by cause.
+/// Returns the number of rejected frames by the cause of the rejection.
 nlohmann::json to_json(const can::RejectedFrames& rejected);
 
-/// The report about the bus at the end of a run.
+/// The report about the bus, written at the end of a run.
 struct BusClosing {
-  std::vector<std::string> events{};   ///< events of the nodes, worded as in the log
-  std::uint64_t events_truncated = 0;  ///< number of events without a line
+  std::vector<std::string> events{};   ///< one line for each kind of node event, worded as in the log
+  std::uint64_t events_truncated = 0;  ///< number of node events without a line in `events`
   can::BusReport bus{};
   std::vector<can::RejectedFrames> rejected{};
 };
-/// Returns lines: the events, the bus, and each message with rejected frames.
+/// Returns the report as lines: the node events, the bus, and each message with rejected frames.
 std::vector<std::string> describe(const BusClosing& closing);
-/// Returns the bus, with each message and its causes under "rejected".
+/// Returns the report about the bus. The member "rejected" lists each message with its causes of rejection.
 nlohmann::json to_json(const BusClosing& closing);
 
-/// Returns an object with the keys period, wake_up, turnaround and execution.
+/// Returns a JSON object with the statistics of period, wake_up, turnaround and execution.
 nlohmann::json to_json(const controller::CycleTiming& timing);
 std::vector<std::string> describe(const controller::CycleTiming& timing);
 
 std::string describe(const controller::AxisOutcome& outcome);
-/// Returns a line for each segment of the reference: its errors; settling time and overshoot of steps; the
-/// noise at rest.
+/// Returns a line for each segment of the reference: its errors, the settling time and overshoot of its
+/// steps, and the noise at rest.
 std::vector<std::string> describe_segments(const controller::AxisOutcome& outcome);
 std::string describe(const std::string& axis, const controller::Fault& fault);
-/// Returns the reason if a run has no errors to report: a fault, or an axis that tracked no sample; else
-/// empty.
+/// Returns the reason for a failed run: a fault, or an axis that tracked no sample. Returns an empty text if
+/// the run was successful.
 std::string failure_of(const std::vector<controller::AxisOutcome>& axes);
 
 }  // namespace hystcan::app

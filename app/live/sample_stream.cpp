@@ -25,7 +25,7 @@ using Batch = std::shared_ptr<const std::vector<double>>;
 
 }  // namespace
 
-/// One connection. It lives while one of its operations is pending.
+/// One client connection. The object exists while one of its asynchronous operations is pending.
 class SampleStream::Session : public std::enable_shared_from_this<Session> {
  public:
   Session(stream_protocol::socket socket, std::size_t columns)
@@ -36,7 +36,8 @@ class SampleStream::Session : public std::enable_shared_from_this<Session> {
     write(boost::asio::buffer(text_));
   }
 
-  /// Sends without waiting: rows that arrive during another batch are lost for this connection.
+  /// Starts to send a batch. If the previous batch is still being sent, the rows of the new batch are lost
+  /// for this connection and counted.
   void send(const Batch& batch, std::uint32_t lost) {
     const auto rows = static_cast<std::uint32_t>(batch->size() / columns_);
     lost_ += lost;
@@ -71,7 +72,7 @@ class SampleStream::Session : public std::enable_shared_from_this<Session> {
                                self->keep();
                              });
   }
-  /// Waits for the other side to close; a session without a pending operation would end.
+  /// Waits until the client closes the connection. Without this pending operation the session would end.
   void keep() {
     if (std::exchange(is_kept_, true)) return;
     socket_.async_wait(stream_protocol::socket::wait_error,
@@ -105,11 +106,13 @@ SampleStream::~SampleStream() {
 
 void SampleStream::admit(stream_protocol::socket connection) {
   std::erase_if(sessions_, [](const std::weak_ptr<Session>& session) { return session.expired(); });
-  if (sessions_.size() >= most_listeners) return;  // closes the connection
+  if (sessions_.size() >= most_listeners)
+    return;  // too many connections: `connection` is destroyed and
+             // thereby closed
   const auto session = std::make_shared<Session>(std::move(connection), board_.columns());
   sessions_.push_back(session);
   session->greet(greeting_);
-  if (!board_.is_listening()) board_.take(values_);  // discards rows left over from an earlier listener
+  if (!board_.is_listening()) board_.take(values_);  // discards old rows, which an earlier listener left
   board_.set_listening(true);
   if (!std::exchange(armed_, true)) arm();
 }

@@ -1,12 +1,12 @@
-// A read-only Unix stream socket that sends every row of a SampleBoard to each connection, for the page and
-// other programs (docs/control_socket.md). It accepts no commands and does not read data from clients.
+// A read-only Unix stream socket. It sends every row of a SampleBoard to each connection, for the page and
+// other programs (docs/control_socket.md). It accepts no commands and reads nothing from clients.
 //
 //   greeting   one line of JSON: columns, units, rate, axes
 //   batches    every 20 ms, even without rows:  u32 rows, u32 lost, rows * columns float64; all little-endian
 //
-// `lost` counts the rows since the previous batch that this connection did not get. A connection has one
-// batch in transmission; rows that arrive during it are lost for this connection. A connection that accepts
-// nothing for two seconds is closed. There are at most 4 connections.
+// `lost` is the number of rows that this connection did not get since the previous batch. While a batch is
+// being sent to a connection, new rows are lost for this connection. A connection is closed if it accepts no
+// data for two seconds. There are at most 4 connections.
 #pragma once
 
 #include <atomic>
@@ -26,18 +26,18 @@
 
 namespace hystcan::app {
 
-/// Passes rows of numbers from the thread that creates them to the thread that sends them. The capacity is
-/// limited: further rows are counted and dropped, and the oldest remain.
+/// Passes rows of numbers from the thread that creates them to the thread that sends them. If the board is
+/// full, it keeps the oldest rows; new rows are dropped and counted.
 class SampleBoard {
  public:
-  /// `most_rows`: capacity between two calls of take().
+  /// `most_rows`: the number of rows that fit between two calls of take().
   SampleBoard(std::size_t columns, std::size_t most_rows) : columns_(columns), most_rows_(most_rows) {
     values_.reserve(columns_ * most_rows_);
   }
 
   std::size_t columns() const { return columns_; }
-  /// Sets whether a connection needs the rows. If none does, the source reads only this flag and does not
-  /// call put().
+  /// Sets whether any connection needs rows. If none does, the thread that creates rows checks only this flag
+  /// and does not call put().
   void set_listening(bool listening) { listening_.store(listening, std::memory_order_relaxed); }
   bool is_listening() const { return listening_.load(std::memory_order_relaxed); }
 
@@ -49,8 +49,8 @@ class SampleBoard {
       values_.insert(values_.end(), row.begin(), row.end());
   }
 
-  /// Swaps the stored rows with `empty`, whose memory is reused. Returns the number of rows that were dropped
-  /// after the stored rows.
+  /// Moves the stored rows to `empty`, whose memory the board uses for new rows. Returns the number of rows
+  /// that were dropped since the last call.
   std::uint32_t take(std::vector<double>& empty) {
     empty.clear();
     empty.reserve(columns_ * most_rows_);
@@ -69,7 +69,8 @@ class SampleBoard {
 
 class SampleStream {
  public:
-  /// `greeting` has no line end. Throws RunError under the same conditions as LocalListener.
+  /// Opens the socket `file`. `greeting`: the first line for each client, without a line end. Throws RunError
+  /// under the same conditions as LocalListener.
   SampleStream(boost::asio::io_context& context, std::filesystem::path file, std::string greeting,
                SampleBoard& board);
   ~SampleStream();
@@ -89,13 +90,14 @@ class SampleStream {
   boost::asio::steady_timer timer_;
   std::vector<std::weak_ptr<Session>> sessions_;
   bool armed_ = false;
-  /// Lets a handler detect that this object was destroyed: a handler that was due at that time is still
-  /// called, without an error.
+  /// Expires when this object is destroyed. Boost.Asio may still call a handler that was due at that time,
+  /// without an error; the handler checks this pointer and does nothing.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
   LocalListener listener_;
 };
 
-/// Returns the stream for this control socket: hystcan-vcan0.sock has hystcan-vcan0.stream.sock.
+/// Returns the path of the stream socket that belongs to a control socket: hystcan-vcan0.stream.sock for
+/// hystcan-vcan0.sock.
 std::filesystem::path stream_beside(const std::filesystem::path& control_socket);
 
 }  // namespace hystcan::app

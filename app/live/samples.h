@@ -1,4 +1,5 @@
-// Rows of numbers for SampleStream: a cycle of an axis, or a sample of a twin's stage.
+// Converts records to rows of numbers for SampleStream. A row is a cycle of an axis (controller) or a sample
+// of a simulated stage (twin).
 #pragma once
 
 #include <array>
@@ -15,14 +16,14 @@
 
 namespace hystcan::app {
 
-/// Columns of controller/cycle_record.h, in the order of the stream. A later version adds columns only at the
-/// end.
+/// The columns that a controller streams, in this order; controller/cycle_record.h describes them. A later
+/// version may add columns only at the end, so that older clients can still read the stream.
 inline constexpr auto streamed_columns = std::to_array<std::string_view>(
     {"cycle", "time_s", "axis", "state", "fault", "limits", "sample_missing", "segment", "shape_time_s",
      "reference_um", "position_um", "demand_um", "learnt_um", "drive", "amplifier_output", "turnaround_us",
      "lateness_us", "scan_line", "scan_pixel"});
 
-/// Name and unit of each column; the unit "drive" means the axis's drive unit.
+/// Name and unit of each column that a twin streams. The unit "drive" means the drive unit of the axis.
 inline constexpr auto truth_columns = std::to_array<std::pair<std::string_view, std::string_view>>({
     {"sync_counter", ""},
     {"time_s", "s"},
@@ -34,9 +35,9 @@ inline constexpr auto truth_columns = std::to_array<std::pair<std::string_view, 
     {"measured_um", "um"},
 });
 
-/// Returns the row of a cycle. A column is NaN if the cycle has no such value.
+/// Returns the stream row of a controller cycle. A column is NaN if the cycle has no such value.
 std::array<double, streamed_columns.size()> sample_of(const controller::CycleRecord& record);
-/// Returns the row of a sample. Its time counts from `started`.
+/// Returns the stream row of a twin sample. The column time_s counts from `started`.
 std::array<double, truth_columns.size()> sample_of(const twin::Truth& truth, can::Time started);
 
 struct StreamColumn {
@@ -62,7 +63,7 @@ void visit(V& v, StreamAxis& a) {
              {"um", "controller: tolerance of `[axis.control.in_position]`, or 0"});
 }
 
-/// The first line of a stream.
+/// The first line of a stream, which describes its rows.
 struct StreamGreeting {
   std::string stream{};
   std::uint64_t version = 1;
@@ -86,7 +87,7 @@ void visit(V& v, StreamGreeting& g) {
              {"", "controller: words for the bits in the column `limits`"});
 }
 
-/// Returns the first line of the stream, for a controller and for a twin.
+/// Returns the first line of the stream: of a controller, or of a twin if `twin` is given.
 StreamGreeting stream_greeting(const config::Config& config);
 StreamGreeting stream_greeting(const config::Config& config, const twin::Config& twin);
 

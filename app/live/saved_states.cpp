@@ -17,7 +17,8 @@ namespace {
 
 using controller::MemorySource;
 
-/// Returns a table for each segment, an empty one if the segment does not repeat.
+/// Returns the learnt correction as TOML, with one table for each segment. The table of a segment that does
+/// not repeat is empty.
 std::string learnt_text(const controller::Learning* learning) {
   std::string text;
   if (learning == nullptr) return text;

@@ -1,6 +1,6 @@
-// Saves the memory of each axis at a clean stop: NAME.state.toml in state_dir is a memory file that also
-// contains the learnt correction. The file is valid only until the actuator is driven again. It is then
-// removed; the next clean stop writes a new one atomically.
+// Saves the hysteresis memory of each axis at a clean stop to the file NAME.state.toml in state_dir. The file
+// also contains the learnt correction. It is valid only until the actuator is driven again. At that time it
+// is removed; the next clean stop writes a new file in one atomic step.
 #pragma once
 
 #include <filesystem>
@@ -17,18 +17,20 @@ namespace hystcan::app {
 
 class SavedStates {
  public:
-  /// Throws Error if an axis must restore its memory and its file is missing or belongs to another model.
+  /// Loads the saved files. Throws Error if an axis is configured to restore its memory, but its file is
+  /// missing or belongs to another model.
   explicit SavedStates(const config::Config& config);
 
   void restore(controller::Controller& controller) const;
-  /// Removes the file of an axis that is being driven. Logs a warning if it can't be removed.
+  /// Removes the file of an axis that is being driven now, because the saved memory is no longer true. Logs a
+  /// warning if the file cannot be removed.
   void forget(std::size_t axis);
-  /// Saves every axis that was stopped cleanly. Logs a warning if a file can't be written.
+  /// Saves the memory of every axis that was stopped cleanly. Logs a warning if a file cannot be written.
   void save(const controller::Controller& controller) const;
 
  private:
   struct Saved {
-    std::filesystem::path file;  ///< empty: the axis is not saved
+    std::filesystem::path file;  ///< empty: the memory of this axis is not saved
     std::optional<config::SavedState> state;
     bool forgotten = false;
   };

@@ -19,22 +19,25 @@ using boost::asio::local::stream_protocol;
 using boost::system::error_code;
 using FileId = std::pair<dev_t, ino_t>;
 
-/// Read and write for owner and group; the permissions of the folder can restrict this further.
+/// Permissions of the socket file: owner and group may read and write. The permissions of the folder can
+/// restrict the access further.
 constexpr mode_t socket_mode = 0660;
 
 constexpr auto pause_between_looks = std::chrono::milliseconds(10);
-/// Without this pause, a full table of file descriptors would keep the thread busy.
+/// Pause after a failed accept(). Without this pause, the thread would retry without end while the table of
+/// file descriptors is full.
 constexpr auto pause_after_failure = std::chrono::milliseconds(100);
 
-/// Returns the id of the socket file itself, without following links; nullopt if there is none.
+/// Returns device and inode of a socket file, which identify it. Does not follow symbolic links. Returns
+/// nullopt if there is no socket.
 std::optional<FileId> id_of_socket(const std::filesystem::path& file) {
   struct stat found {};
   if (lstat(file.c_str(), &found) != 0 || !S_ISSOCK(found.st_mode)) return std::nullopt;
   return FileId{found.st_dev, found.st_ino};
 }
 
-/// Removes a socket file without a listener, left by a killed process. Throws RunError if a process listens
-/// there, or if the file is not a socket: it then belongs to another program.
+/// Removes a socket file that a killed process left. Throws RunError if a process still serves the socket, or
+/// if the file is not a socket and so belongs to another program.
 void remove_if_dead(boost::asio::io_context& context, const std::filesystem::path& file) {
   std::error_code ignored;
   if (!std::filesystem::exists(std::filesystem::symlink_status(file, ignored))) return;
@@ -51,8 +54,8 @@ void remove_if_dead(boost::asio::io_context& context, const std::filesystem::pat
 
 constexpr mode_t writable_by_others = 0022;
 
-/// Returns the reason why this folder does not belong to the user alone. A symbolic link does not, because
-/// another user may have created it.
+/// Returns the reason why a folder is not safe for the user's socket; nullopt if only `user` can write to it.
+/// A symbolic link is not safe, because another user may have created it.
 std::optional<std::string> reason_against(const std::filesystem::path& folder, uid_t user) {
   struct stat found {};
   if (lstat(folder.c_str(), &found) != 0) return std::generic_category().message(errno);
@@ -69,12 +72,15 @@ std::filesystem::path temporary_folder(const SocketPlaces& places) {
   return places.temporary / fmt::format("hystcan-{}", places.user);
 }
 
-/// Returns the folder that the environment names, otherwise the folder of the user's login.
+/// Returns the folder named in the environment; otherwise the login folder /run/user/UID, if it is safe;
+/// otherwise nullopt.
 std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
   for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
     if (const char* folders = std::getenv(variable); folders != nullptr && *folders != '\0') {
       const std::string_view given = folders;
-      const bool may_be_several = variable == std::string_view("RUNTIME_DIRECTORY");  // "/run/a:/run/b"
+      const bool may_be_several = variable == std::string_view("RUNTIME_DIRECTORY");  // systemd may list
+                                                                                      // several:
+                                                                                      // "/run/a:/run/b"
       return given.substr(0, may_be_several ? given.find(':') : std::string_view::npos);
     }
   if (!reason_against(runtime_folder(places), places.user)) return runtime_folder(places);
@@ -83,7 +89,7 @@ std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
 
 std::filesystem::path made_folder(const SocketPlaces& places) {
   std::filesystem::path folder = temporary_folder(places);
-  mkdir(folder.c_str(), 0700);  // if this fails, the folder exists or the next line reports the reason
+  mkdir(folder.c_str(), 0700);  // ignores a failure: the next line reports its reason
   if (const auto reason = reason_against(folder, places.user))
     throw RunError(folder, fmt::format("not usable for the control socket: {}", *reason),
                    expect("a folder to which only user {} can write: set control_socket", places.user));
@@ -93,7 +99,7 @@ std::filesystem::path made_folder(const SocketPlaces& places) {
 std::string name_of(const std::string& interface) { return "hystcan-" + interface + ".sock"; }
 std::string token_name_of(const std::string& interface) { return "hystcan-" + interface + ".page-token"; }
 
-/// Returns the first file of this name and type among the places that a client searches.
+/// Searches the folders in which a client expects sockets. Returns the first file with this name and type.
 std::optional<std::filesystem::path> find_file(const std::string& name, std::filesystem::file_type type,
                                                const SocketPlaces& places) {
   std::vector<std::filesystem::path> folders;

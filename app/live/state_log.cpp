@@ -51,7 +51,7 @@ Level level_of(const controller::NodeEvent& event) {
   return is_all_clear(event) ? Level::info : Level::warning;
 }
 
-/// A shorter wait of an axis is normal during a start.
+/// An axis that waits longer than this time gets a line in the log. Shorter waits are normal during a start.
 constexpr double worth_a_line_s = 2.0;
 
 bool is_on_its_way(AxisState state) {
@@ -150,7 +150,7 @@ bool StateLog::is_told_by_another(const controller::CycleRecord& record) {
          record.time_s - told->time_s < at_once_s;
 }
 
-/// Returns the names of the axes concerned. Another controller concerns every axis.
+/// Returns the names of the axes that the event concerns. A second controller on the bus concerns every axis.
 std::string StateLog::concerned(const Axis& axis, const controller::NodeEvent& event) const {
   const bool is_of_all = event.kind == controller::NodeEvent::Kind::another_controller;
   std::vector<std::string> names;
@@ -176,8 +176,8 @@ void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
   if (is_first) add_missing_axes();
 }
 
-/// Logs the missing axes when the first axes begin. Axes that are ready do not count as missing: their
-/// records of this cycle have yet to be processed.
+/// Logs a warning for each axis that is not ready when the first axis begins to track. An axis in the state
+/// `ready` is not missing: its record of this cycle is processed later.
 void StateLog::add_missing_axes() {
   for (const Axis& axis : axes_)
     if (is_on_its_way(axis.state))

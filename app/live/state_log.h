@@ -1,4 +1,4 @@
-// Logs the events of a live run's axes: states, what an axis waits for, events of nodes, and the report of
+// Logs the events of a live run: changes of state, what an axis waits for, node events, and the report about
 // the bus at the end.
 #pragma once
 
@@ -17,40 +17,41 @@
 
 namespace hystcan::app {
 
-/// Returns a sink that writes to the log of the program.
+/// Returns a function that writes lines to the program's log.
 can::BusHealthLog::Sink bus_log_sink();
 
-/// The events of the nodes: emergencies, and reasons why a node could not be set up.
+/// Logs node events: emergencies, and reasons why a node could not be set up.
 ///
-/// A node may send an emergency in every cycle. The first one is logged at once. Those that follow within a
-/// second are counted and share one line per second. Events are of the same kind if axis, node and code are
-/// equal.
+/// A node may send an emergency in every cycle, which would flood the log. The first event of a kind is
+/// logged at once. Further events of this kind are counted and logged in one line per second. Two events are
+/// of the same kind if axis, node and code are equal.
 class EventLog {
  public:
   static constexpr std::size_t most_kinds = 100;
 
   explicit EventLog(can::BusHealthLog::Sink sink) : sink_(std::move(sink)) {}
-  /// Counts the event of a record, if it has one, and logs the counted events that are due. `axes`: names of
+  /// Counts the event in `record`, if it has one, and logs all counted events that are due. `axes`: names of
   /// the axes that the event concerns.
   void add(const std::string& axes, const controller::CycleRecord& record);
-  /// Logs the counted events that are due. Call this for a record that is not passed to add().
+  /// Logs all counted events that are due at `time_s`. Call this function for a record that is not passed to
+  /// add().
   void log_pending(double time_s);
 
-  /// Returns one line for each kind, with its total.
+  /// Returns one line for each kind of event, with the total number of its events.
   std::vector<std::string> lines() const;
-  /// Number of events of kinds beyond `most_kinds`. They have no line.
+  /// Returns the number of events that have no line, because the log already had `most_kinds` other kinds.
   std::uint64_t truncated() const { return truncated_; }
 
  private:
   struct Kind {
     std::string axes;
     std::size_t axis_index = 0;     ///< index of the axis whose record contained the event
-    controller::NodeEvent event{};  ///< the first event
+    controller::NodeEvent event{};  ///< first event of this kind
     double first_s = 0.0;
     double last_s = 0.0;
-    double line_s = 0.0;  ///< time of the last line
+    double line_s = 0.0;  ///< time at which this kind was last logged
     std::uint64_t total = 0;
-    std::uint64_t pending = 0;  ///< events since the last line
+    std::uint64_t pending = 0;  ///< events that are not logged yet
   };
   void count(Kind& kind, const controller::CycleRecord& record);
 
@@ -70,7 +71,8 @@ class StateLog {
   bool has_any_tracked() const {
     return std::ranges::any_of(axes_, [](const Axis& axis) { return axis.has_tracked; });
   }
-  /// Returns what prevented an axis from tracking: "x waited for a heartbeat of the sensor".
+  /// Returns a text with everything that prevented the axis from tracking: "x waited for a heartbeat of the
+  /// sensor".
   std::string blocks_of(std::size_t axis) const;
 
  private:
@@ -83,24 +85,25 @@ class StateLog {
     std::string drive_unit;
     controller::AxisState state = controller::AxisState::offline;
     controller::ArmingBlocks blocks{};
-    controller::ArmingBlocks last_blocks{};  ///< the last blocks that were not empty
-    double blocked_since_s = 0.0;            ///< start of the wait for the first of `blocks`
+    controller::ArmingBlocks last_blocks{};  ///< the newest non-empty value of `blocks`
+    double blocked_since_s = 0.0;            ///< time since which the axis waits for the first item of
+                                             ///< `blocks`
     double amplifier_output = 0.0;
     bool block_is_logged = false;
     bool has_tracked = false;
 
     bool has(std::uint8_t node) const { return node == amplifier_node || node == sensor_node; }
   };
-  /// Returns true if another axis already reported the frame: a frame that concerns several axes is in a
-  /// record of each.
+  /// Returns true if the record of another axis already reported this event. A CAN frame that concerns
+  /// several axes is in the record of each of them.
   bool is_told_by_another(const controller::CycleRecord& record);
   std::string concerned(const Axis& axis, const controller::NodeEvent& event) const;
   void add_state(Axis& axis, const controller::CycleRecord& record);
   void add_block(Axis& axis, const controller::CycleRecord& record);
   void add_missing_axes();
-  /// Returns everything that the axis waits for.
+  /// Returns a text with all items in `blocks`, for which the axis waits.
   std::string blocks_text(const Axis& axis, controller::ArmingBlocks blocks) const;
-  /// Returns one thing that the axis waits for, with the node, value or axes concerned.
+  /// Returns the text for one item that the axis waits for, with the node, value or axes that it concerns.
   std::string block_text(const Axis& axis, controller::ArmingBlock block) const;
 
   can::BusHealthLog::Sink sink_;
@@ -111,7 +114,7 @@ class StateLog {
     controller::ForeignFrame frame{};
     double time_s = 0.0;
   };
-  std::optional<Told> foreign_;  ///< the latest reported frame of another controller
+  std::optional<Told> foreign_;  ///< newest logged frame from a second controller
 };
 
 }  // namespace hystcan::app

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double longest_s = 1e6;  // twelve days
+constexpr double longest_s = 1e6;  // s, about twelve days
 
 std::string_view to_string(can::NmtState state) {
   using enum can::NmtState;
@@ -89,7 +89,7 @@ TwinFaultAnswer TwinCommandHandler::answer_of(const twin::FaultScheduler::Active
   return answer;
 }
 
-/// Returns the axis named in the command; a twin with one axis needs no name.
+/// Returns the axis that the command names. If the twin has only one axis, the command need not name it.
 std::string TwinCommandHandler::axis_of(const json& command) const {
   if (!command.contains("axis") && twin_.axes().size() == 1) return twin_.axes().front()->name;
   return text_of(command, "axis");

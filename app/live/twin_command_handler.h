@@ -1,6 +1,5 @@
-// Handles the commands of a twin's control socket: status of its nodes and stages, injection and removal of
-// faults, stop. It runs on the twin's own thread, between two of its events, and answers every command
-// immediately.
+// Executes the commands of a twin's control socket: show the status of nodes and stages, inject and remove
+// faults, stop. It runs on the thread of the twin, between two events, and answers every command immediately.
 //
 // docs/twin.md lists the commands.
 #pragma once
@@ -18,10 +17,10 @@ std::string_view to_string(can::AmpState state);
 
 class TwinCommandHandler final : public CommandHandler {
  public:
-  /// `stop` ends the twin.
+  /// `stop`: function that ends the twin, called for the command `stop`.
   TwinCommandHandler(twin::Twin& twin, can::Scheduler& scheduler, std::function<void()> stop);
 
-  void forget(const void*) override {}  // no command is ever pending
+  void forget(const void*) override {}  // nothing to drop, because every command is answered at once
 
  private:
   void carry_out(Verb verb, const nlohmann::json& command, const Answer& answer) override;
