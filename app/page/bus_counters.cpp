@@ -12,8 +12,8 @@ namespace {
 
 constexpr auto shortest_time = std::chrono::milliseconds(900);
 
-// A classical frame with an 11-bit identifier: 44 bits besides its data, 3 between frames. Stuff bits add
-// about a tenth.
+// Size of a classical frame with an 11-bit identifier: 44 bits besides its data, and 3 bits between frames.
+// Stuff bits increase the size by about a tenth.
 constexpr double bits_of_a_frame = 47.0;
 constexpr double stuffing = 1.1;
 
@@ -23,7 +23,8 @@ std::uint64_t number_in(const std::filesystem::path& file) {
   return number;
 }
 
-/// Returns an FD frame whose bytes count up, which causes some stuff bits.
+/// Returns a CAN FD frame of this size with the data bytes 0, 1, 2, ... These bytes cause a typical number of
+/// stuff bits.
 can::Frame fd_frame(const can::PeriodicFrame& planned) {
   can::Frame frame{.id = planned.id,
                    .extended = planned.extended,
@@ -49,7 +50,7 @@ AverageFrames average_frames(const config::Config& config) {
       average.fd_time_s += per_s * can::seconds(can::transmission_time(can::frame_bits(fd_frame(frame)).all(),
                                                                        config.bus.rates()));
   }
-  average.classical_bytes /= classical_per_s;  // not 0: there is a SYNC
+  average.classical_bytes /= classical_per_s;  // never divides by 0: SYNC is a classical frame
   if (fd_per_s > 0.0) {
     average.fd_bytes /= fd_per_s;
     average.fd_time_s /= fd_per_s;
@@ -66,7 +67,8 @@ double AverageFrames::busy_s(double frames, double bytes) const {
   return fd * fd_time_s + stuffing * (others * bits_of_a_frame + 8.0 * payload) / bitrate_bit_per_s;
 }
 
-/// Reads the counters. A virtual interface receives its own frames, and counts them twice.
+/// Reads the frame and byte counters. A virtual interface also receives the frames that it sends, so only its
+/// sent frames are counted.
 std::optional<BusCounters::Count> BusCounters::count(Clock::time_point now) const {
   const std::filesystem::path folder = network_ / report_.interface;
   std::error_code ignored;

@@ -1,4 +1,5 @@
-// The kernel's counters of a CAN interface, read without a socket on it.
+// Reads the kernel's counters of a CAN interface, from which frame rate and bus load are computed. No socket
+// on the interface is needed.
 #pragma once
 
 #include <chrono>
@@ -12,23 +13,23 @@
 
 namespace hystcan::app {
 
-/// The average frames of a configuration. The kernel counts only frames and bytes; these averages give the
-/// number of CAN FD frames among them.
+/// Average size of the frames of a configuration. The kernel counts frames and bytes, but not CAN FD frames;
+/// these averages allow to estimate how many of the frames are CAN FD.
 struct AverageFrames {
-  double bitrate_bit_per_s = 0.0;  ///< 0: unknown
-  double classical_bytes = 0.0;    ///< average payload of a classical frame
-  double fd_bytes = 0.0;           ///< average payload of an FD frame; 0: no FD frames
-  double fd_time_s = 0.0;          ///< time of an FD frame on the bus, with both bit rates
+  double bitrate_bit_per_s = 0.0;  ///< nominal bit rate; 0: unknown
+  double classical_bytes = 0.0;    ///< average data bytes of a classical frame
+  double fd_bytes = 0.0;           ///< average data bytes of a CAN FD frame; 0: there are none
+  double fd_time_s = 0.0;          ///< average duration of a CAN FD frame, with both bit rates
 
-  /// Returns the bus time of this number of frames with this total number of bytes.
+  /// Estimates how long this number of frames, with this total number of data bytes, occupies the bus.
   double busy_s(double frames, double bytes) const;
 };
 AverageFrames average_frames(const config::Config& config);
 
-/// The state of an interface; unknown rates are NaN.
+/// State and traffic of a CAN interface. A rate that is not known is NaN.
 struct BusReport {
   std::string interface;
-  std::string state{};  ///< "up", "down", "missing", "simulated"
+  std::string state{};  ///< "up", "down", "missing" (no such interface) or "simulated"
   double frames_per_s = std::numeric_limits<double>::quiet_NaN();
   double load_percent = std::numeric_limits<double>::quiet_NaN();
 };
@@ -44,12 +45,13 @@ class BusCounters {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// If `interface` is empty, the bus is simulated.
+  /// `interface`: name of the CAN interface; if empty, the bus is simulated. `average`: for the bus load.
   BusCounters(std::string interface, const AverageFrames& average,
               std::filesystem::path network = "/sys/class/net")
       : average_(average), network_(std::move(network)), report_{.interface = std::move(interface)} {}
 
-  /// Returns the rates since the previous call; if it was too recent, the previous rates.
+  /// Returns the state, and the traffic since the previous call. If the previous call was less than 0.9 s
+  /// ago, returns its rates again.
   BusReport report(Clock::time_point now = Clock::now());
 
  private:

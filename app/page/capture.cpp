@@ -21,7 +21,7 @@ using nlohmann::json;
 
 constexpr double longest_s = 10.0;
 constexpr double time_resolution_s = 1e-9;
-constexpr double shortest_rest_s = 0.2;  // between two captures of one trigger
+constexpr double shortest_rest_s = 0.2;  // shortest time between two captures of a trigger
 constexpr auto occasions = std::to_array<std::string_view>({"step", "level", "fault", "line", "now"});
 constexpr auto edges = std::to_array<std::string_view>({"rising", "falling", "either"});
 
@@ -92,7 +92,7 @@ json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um
   const std::vector<double> time_s = column(at.time), reference_um = column(at.reference),
                             missing = column(at.missing);
   std::vector<double> position_um = column(at.position);
-  for (std::size_t row = 0; row < rows; ++row)  // the controller did not receive these samples
+  for (std::size_t row = 0; row < rows; ++row)  // ignores the position if the controller received no sample
     if (missing[row] != 0.0) position_um[row] = std::numeric_limits<double>::quiet_NaN();
   const auto step = metrics::step_at({time_s, reference_um, position_um}, capture.trigger_row, tolerance_um);
   if (!step) return nullptr;

@@ -1,4 +1,5 @@
-// A capture of one axis at full rate around an event, from the history and the rows after the event.
+// Captures the rows of one axis at the full cycle rate, before and after an event, like the trigger of an
+// oscilloscope.
 #pragma once
 
 #include <cstddef>
@@ -14,10 +15,10 @@
 
 namespace hystcan::app {
 
-/// Indices, in a row of the controller's stream, of the columns that captures and events need.
+/// Indices of the stream columns that captures and events need; `count` is the number of columns in a row.
 struct CycleColumns {
   std::size_t count, time, axis, state, fault, reference, position, missing, line, turnaround, lateness;
-  /// Throws Error if a column is missing.
+  /// Finds the columns by name. Throws Error if a column is missing.
   static CycleColumns of(const StreamGreeting& greeting);
 };
 
@@ -27,23 +28,24 @@ struct Capture {
   double trigger_time_s = 0.0;
 };
 
-/// Returns the response to the reference step at the trigger: the figures of metrics/step_response.h, the
-/// mean error in the last fifth of the response, and the duration of the response. Null if the reference does
-/// not step at the trigger. `tolerance_um`: the settling band.
+/// Returns the response to a step of the reference at the trigger row: the figures of
+/// metrics/step_response.h, the mean error in the last fifth of the response, and the duration of the
+/// response. Returns null if the reference has no step there. `tolerance_um`: settling band.
 nlohmann::json step_of(const Capture& capture, const CycleColumns& at, double tolerance_um);
 
-/// Makes a capture at each event.
+/// Waits for an event in the stream, such as a step of the reference, and then makes a capture.
 class Trigger {
  public:
-  /// Throws Error if the request is incomplete or out of range.
+  /// `request`: the client's request (docs/page_protocol.md). Throws Error if it is incomplete or a value is
+  /// out of range.
   Trigger(const nlohmann::json& request, const StreamGreeting& greeting);
 
-  /// The event as named in the request.
+  /// Returns the kind of event: "step", "level", "fault", "line" or "now".
   const std::string& name() const { return name_; }
   std::size_t axis() const { return axis_; }
   bool repeats() const { return repeats_; }
-  /// Processes each row of the stream once, after it is in the history. Returns the capture when its last row
-  /// arrived.
+  /// Call this function once for each row of the stream, after the row was added to `history`. Returns a
+  /// capture if the row is the last one of the capture.
   std::optional<Capture> put(std::span<const double> row, const RowHistory& history);
 
  private:
@@ -53,19 +55,20 @@ class Trigger {
   Capture collect(const RowHistory& history) const;
 
   CycleColumns at_;
-  std::string name_;  ///< value of `on` in the request
+  std::string name_;  ///< kind of event, as written in the request
   On on_ = On::now;
   std::size_t axis_ = 0;
-  std::size_t signal_ = 0;               ///< column of the signal, for `level`
-  double level_ = 0.0;                   ///< in the unit of the signal; for `step`: um in one cycle
-  bool rising_ = true, falling_ = true;  ///< edges that count, for `level`
+  std::size_t signal_ = 0;               ///< index of the watched column; only for the event "level"
+  double level_ = 0.0;                   ///< for "level": threshold in the unit of the column; for "step":
+                                         ///< smallest step in um
+  bool rising_ = true, falling_ = true;  ///< edges that are events; only for "level"
   double pre_s_ = 0.0;
   double post_s_ = 0.0;
   bool repeats_ = false;
 
-  std::vector<double> before_;  ///< the previous row of this axis
+  std::vector<double> before_;  ///< previous row of this axis
   std::optional<double> fired_s_;
-  double rests_until_s_ = -std::numeric_limits<double>::infinity();  ///< no event counts before this time
+  double rests_until_s_ = -std::numeric_limits<double>::infinity();  ///< events before this time are ignored
 };
 
 }  // namespace hystcan::app

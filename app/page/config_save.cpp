@@ -25,7 +25,7 @@ namespace hystcan::app {
 namespace {
 
 constexpr std::size_t context_lines = 2;
-constexpr std::size_t most_cells = 4'000'000;  // cells of the comparison table
+constexpr std::size_t most_cells = 4'000'000;  // maximum size of the table of the line comparison
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;
@@ -34,7 +34,8 @@ std::vector<std::string> lines_of(const std::string& text) {
   return lines;
 }
 
-/// Returns lines with marks: "- kp = 0", by the longest common subsequence.
+/// Compares two texts line by line with the longest common subsequence. Returns all lines with a mark, for
+/// example "- kp = 0" (removed), "+ kp = 1" (added), "  ki = 2" (unchanged).
 std::vector<std::string> compare_by_subsequence(std::span<const std::string> before,
                                                 std::span<const std::string> after) {
   std::vector<std::vector<std::size_t>> longest(before.size() + 1,
@@ -81,7 +82,8 @@ std::vector<std::string> compare(std::span<const std::string> before, std::span<
   return lines;
 }
 
-/// The parts of "axis[0].control.setpoint[2].low_um": list, index and key.
+/// A setting within a segment of the reference. For "axis[0].control.setpoint[2].low_um", list is
+/// "axis[0].control.setpoint", index is 2, and key is "low_um".
 struct SegmentKey {
   std::string list;
   std::size_t index;
@@ -105,7 +107,7 @@ std::size_t last_line_of(const toml::node& node) {
   return last;
 }
 
-/// Comments out lines. Line numbers count from 1.
+/// Inserts "# " before the lines from `first` to `last`. The first line of the text has the number 1.
 void comment_out(std::vector<std::string>& lines, std::size_t first, std::size_t last) {
   for (std::size_t i = first - 1; i < last; ++i)
     if (const auto begin = lines[i].find_first_not_of(" \t\r");
@@ -113,11 +115,11 @@ void comment_out(std::vector<std::string>& lines, std::size_t first, std::size_t
       lines[i].insert(0, "# ");
 }
 
-using Segments = std::map<std::size_t, std::vector<std::string>>;  ///< index of a segment to its lines
-                                                                   ///< `key = value`
+/// Maps the index of a segment to its lines of the form `key = value`.
+using Segments = std::map<std::size_t, std::vector<std::string>>;
 
-/// Returns the new and the removed segments of each list; removed segments have no lines. Removes their
-/// changes from `unsaved`.
+/// Returns the segments that `unsaved` adds to or removes from each list of segments. A removed segment has
+/// no lines. The changes in these segments are removed from `unsaved`.
 std::map<std::string, Segments> changed_lists(const toml::table& root, std::vector<config::Change>& unsaved) {
   std::map<std::string, Segments> lists;
   const auto size_of = [&](const std::string& list) {
@@ -137,7 +139,8 @@ std::map<std::string, Segments> changed_lists(const toml::table& root, std::vect
   return lists;
 }
 
-/// Returns the text with segments added to and removed from a list that is one value, [{...}, {...}].
+/// Returns the text after `segments` were added to or removed from `list`. Only for a list that is written as
+/// one TOML value: [{...}, {...}].
 std::string with_inline_segments(const std::string& text, const std::string& name, const std::string& list,
                                  std::size_t size, const Segments& segments) {
   config::TomlEdit edit(text, name);
@@ -150,8 +153,8 @@ std::string with_inline_segments(const std::string& text, const std::string& nam
   return edit.text();
 }
 
-/// Returns the text with the segments that `unsaved` adds, after the last one of their axis, and with `# `
-/// before the lines of the segments that it removes. Removes these changes from `unsaved`.
+/// Returns the text with the changes of whole segments. Added segments are inserted after the last segment of
+/// their axis. Removed segments become comments. These changes are removed from `unsaved`.
 std::string with_segments(const std::string& text, const std::string& name,
                           std::vector<config::Change>& unsaved) {
   std::string edited = text;
@@ -232,8 +235,9 @@ ConfigSave undo_of(const std::filesystem::path& file) {
   if (!std::filesystem::exists(kept))
     throw Error(fmt::format("{} is missing, so there is no save to undo", kept.string()));
   (void)config::load(kept);
-  constexpr std::size_t most = config::largest_configuration;  // the present file may be broken: it need not
-                                                               // be TOML
+  // Reads the current file as plain text, because it may be invalid TOML.
+  constexpr std::size_t most = config::largest_configuration;
+  // be TOML
   ConfigSave undo = config_save(read_regular_file(file, most), read_regular_file(kept, most));
   undo.undoes = true;
   return undo;
@@ -255,7 +259,8 @@ void write_save(const std::filesystem::path& file, const ConfigSave& save) {
           error);
     }
   };
-  // At every moment, one of the two files has the text that the user wants to restore.
+  // The text that the user wants to restore must exist in one of the two files at every moment, even if the
+  // computer crashes here. This determines which file is replaced first.
   if (save.undoes) {
     written.commit();
     keep_former();

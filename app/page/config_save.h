@@ -1,6 +1,6 @@
-// Saves the settings in force that differ from the configuration file, as an edit of the file that keeps its
-// comments. The file before the last save is kept in the same folder as FILE.before-save. Undoing the save
-// exchanges the two files, so that a second undo restores the saved file.
+// Saves settings of the running controller that differ from its configuration file. The file is edited, so
+// its comments remain. The text before the last save is kept in the same folder as FILE.before-save. An undo
+// exchanges the two files; a second undo therefore restores the save.
 #pragma once
 
 #include <filesystem>
@@ -12,31 +12,31 @@
 namespace hystcan::app {
 
 struct ConfigSave {
-  std::string before;   ///< the present text of the file
-  std::string text;     ///< the text after the edit
-  std::string diff;     ///< lines, with `- ` and `+ ` before changed lines; empty if there is no change
-  std::string digest;   ///< digest of the present file and of the edit
-  bool undoes = false;  ///< true if it restores the kept file
+  std::string before;   ///< current text of the file
+  std::string text;     ///< text of the file after the save
+  std::string diff;     ///< difference, with `- ` and `+ ` before changed lines; empty if there is none
+  std::string digest;   ///< hash of both texts, with which the client confirms exactly this save
+  bool undoes = false;  ///< true if this is an undo, which restores the kept file
 };
 
-/// Describes the change from the present text of a file to another text.
+/// Returns the description of a change of a file from the text `before` to the text `text`.
 ConfigSave config_save(const std::string& before, const std::string& text);
-/// Describes saving `unsaved`, the changes from the file to the settings in force. Throws Error if the file
-/// has no place for a key, or if the result would not be valid.
+/// Returns the description of a save. `unsaved`: settings in force that differ from the file. Throws Error if
+/// a setting cannot be inserted into the file, or if the result would be invalid. Writes nothing.
 ConfigSave save_of(const std::filesystem::path& file, const std::vector<config::Change>& unsaved);
 
-/// Returns FILE.before-save in the folder of the file; follows a link.
+/// Returns the path FILE.before-save. If `file` is a symbolic link, the path is in the folder of the target.
 std::filesystem::path kept_beside(const std::filesystem::path& file);
 
-/// Describes the return to the file before the last save. Throws Error if that file is missing or no longer
-/// valid. The present file need not be valid.
+/// Returns the description of an undo, which restores the text before the last save. Throws Error if the kept
+/// file is missing or no longer valid. The current file may be invalid. Writes nothing.
 ConfigSave undo_of(const std::filesystem::path& file);
 
-/// Replaces the file and keeps its previous text. Throws RunError if the previous text can't be kept; nothing
-/// is then saved.
+/// Writes the new text to the file and keeps the previous text. Throws RunError if the previous text cannot
+/// be kept; then a save changes nothing.
 void write_save(const std::filesystem::path& file, const ConfigSave& save);
 
-/// Returns the lines of both texts, with two lines of context around each change.
+/// Returns the changed lines of two texts. Each change has two unchanged lines before and after it.
 std::string line_diff(const std::string& before, const std::string& after);
 
 }  // namespace hystcan::app

@@ -113,7 +113,8 @@ void ControlLink::refuse(const std::string& reason, const std::list<Command>& co
     boost::asio::post(socket_.get_executor(), [done = command.done, refused] { done(refused); });
 }
 
-/// Refuses all waiting commands. A command that was sent may have been executed, so no command is sent twice.
+/// Closes the connection and refuses all waiting commands. A command that was already sent is not sent again,
+/// because the controller may have executed it.
 void ControlLink::fail(const std::string& reason) {
   disconnect();
   refuse(reason, std::exchange(waiting_, {}));

@@ -1,6 +1,6 @@
-// A connection to a control socket that does not block: commands are answered in order, but `status` is sent
-// before waiting commands. Connects when there is a command. Every command gets one answer, also if no
-// controller is running.
+// A connection to a control socket that never blocks the page's thread. Commands are sent one at a time, in
+// order, but `status` goes before the other waiting commands. The connection is opened when a command needs
+// it. Every command gets exactly one answer; it is a refusal if no controller is running.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -20,16 +20,16 @@ class ControlLink {
  public:
   using Done = std::function<void(nlohmann::json answer)>;
 
-  /// `place`: returns the path of the socket; called before each connection. A command without an answer
-  /// within `answer_limit` fails.
+  /// `place`: returns the path of the socket, called before each connection. `answer_limit`: a command that
+  /// gets no answer in this time is refused.
   ControlLink(boost::asio::io_context& context, std::function<std::filesystem::path()> place,
               std::chrono::seconds answer_limit);
 
   void ask(const nlohmann::json& command, Done done);
-  /// Gives up the right to write: unanswered commands that write are refused; those that read continue over a
-  /// new connection.
+  /// Closes the connection, which gives up the right to write at the controller. Waiting commands that write
+  /// are refused; waiting commands that read are sent over a new connection.
   void give_up_writing();
-  /// Answers all commands in progress as refused.
+  /// Closes the connection and refuses all waiting commands.
   void close();
   bool is_busy() const { return !waiting_.empty(); }
 
@@ -40,8 +40,8 @@ class ControlLink {
     bool reads;
   };
 
-  /// Wraps the handler of an operation of this connection: an error ends the connection, and operations of an
-  /// earlier connection are ignored.
+  /// Wraps the handler of an asynchronous operation. If the operation failed, the connection ends. If the
+  /// operation belongs to an earlier connection, its handler is not called.
   template <class Then>
   auto then(Then go_on) {
     return [this, connection = connection_, go_on](const boost::system::error_code& error, std::size_t = 0) {
@@ -64,7 +64,8 @@ class ControlLink {
   boost::asio::streambuf received_;
   std::filesystem::path file_;
   std::list<Command> waiting_;
-  std::uint64_t connection_ = 0;  ///< number of the connection, to ignore operations of earlier ones
+  std::uint64_t connection_ = 0;  ///< number of the current connection, to recognise operations of earlier
+                                  ///< ones
 };
 
 }  // namespace hystcan::app

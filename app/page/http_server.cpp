@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <utility>  // before Beast 1.74, which uses std::exchange without it
+#include <utility>  // must be first: Beast 1.74 uses std::exchange without including it
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/steady_timer.hpp>
@@ -33,10 +33,12 @@ constexpr std::size_t most_waiting_rows = 1'048'576;
 constexpr int send_buffer = 262'144;
 constexpr auto longest_request = std::chrono::seconds(10);
 constexpr auto longest_write = std::chrono::seconds(5);
-constexpr auto longest_silence = std::chrono::seconds(20);  // then the client must answer a ping
+constexpr auto longest_silence = std::chrono::seconds(20);  // after this time the server sends a ping, which
+                                                            // the client must answer
 constexpr auto pause_after_failed_accept = std::chrono::milliseconds(100);
 
-/// Only the page's own files may run, be shown or be requested; no other page may frame it.
+/// Content security policy. The browser may run, show and request only files of this server, and no other
+/// site may embed the page in a frame.
 constexpr const char* content_policy =
     "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; img-src 'self' blob: "
     "data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'";
@@ -44,8 +46,8 @@ constexpr const char* content_policy =
 using Request = http::request<http::empty_body>;
 using Response = http::response<http::string_body>;
 
-/// Returns the local address; converts ::ffff:192.0.2.1, reported by a socket that listens at every address
-/// of both kinds, to 192.0.2.1.
+/// Returns the server's own address of a connection. If the server listens at all IPv4 and IPv6 addresses, an
+/// IPv4 address has the form ::ffff:192.0.2.1; this function converts it to 192.0.2.1.
 boost::asio::ip::address local_address(const tcp::socket& socket) {
   error_code ignored;
   boost::asio::ip::address address = socket.local_endpoint(ignored).address();
@@ -79,7 +81,7 @@ Response wired(const HttpResponse& answer, unsigned version, bool keep_alive) {
   return response;
 }
 
-/// The content of one message.
+/// The content of a WebSocket message to a client: text or binary rows.
 struct Outgoing {
   bool is_text = true;
   std::string text{};
@@ -130,7 +132,8 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
   void end() {
     timer_.cancel();
     error_code ignored;
-    beast::get_lowest_layer(stream_).close(ignored);  // the pending read then ends the session
+    beast::get_lowest_layer(stream_).close(ignored);  // closing makes the pending read fail, which ends the
+                                                      // session
   }
 
  private:
@@ -290,11 +293,12 @@ class HttpServer::Listener {
     requests_.push_back(session);
     session->read();
   }
-  /// Removes ended sessions: a weak pointer keeps the session's memory.
+  /// Removes the pointers to ended sessions, because a weak pointer keeps the memory of its object.
   void forget_ended() {
     std::erase_if(requests_, [](const auto& request) { return request.expired(); });
   }
-  /// Makes room for a connection, so that strangers who occupy all places do not keep an operator out.
+  /// Closes a connection to make room for a new one. Without this, unknown clients could occupy all
+  /// connections and exclude an operator. Returns false if no connection may be closed.
   bool make_room() {
     forget_ended();
     if (requests_.empty()) return page_.make_room();
@@ -307,8 +311,10 @@ class HttpServer::Listener {
   tcp::acceptor acceptor_;
   boost::asio::steady_timer pause_;
   PageService& page_;
-  std::deque<std::weak_ptr<HttpSession>> requests_;  ///< oldest first
-  /// Each connection has a copy: its use count is the number of connections plus one.
+  std::deque<std::weak_ptr<HttpSession>> requests_;  ///< connections that are not WebSockets yet; the oldest
+                                                     ///< is first
+  /// Counts the connections. Each connection has a copy of this pointer, so use_count() is the number of
+  /// connections plus one.
   std::shared_ptr<std::size_t> open_ = std::make_shared<std::size_t>(0);
 };
 

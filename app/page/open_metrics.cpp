@@ -25,7 +25,7 @@ class MetricsText {
     if (!unit.empty() && is_open_) text_ += fmt::format("# UNIT hystcan_{} {}\n", name, unit);
     text_ += fmt::format("# HELP hystcan_{} {}\n", name, help);
   }
-  /// Adds a line; no line if the value is not a finite number. `labels`: with braces, or empty.
+  /// Adds a line with a value; adds nothing if the value is not finite. `labels`: text in braces, or empty.
   void sample(std::string_view name, const std::string& labels, const json& value) {
     if (!std::isfinite(value.get<double>())) return;
     text_ += fmt::format("hystcan_{}{} {}\n", name, labels, value.dump());

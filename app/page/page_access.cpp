@@ -23,7 +23,8 @@ namespace {
 
 constexpr std::size_t token_bytes = 16;
 
-/// Converts "LOCALHOST:8080" to "localhost", "[::1]:8080" to "::1".
+/// Returns the host name in lower case and without port: "localhost" for "LOCALHOST:8080", "::1" for
+/// "[::1]:8080".
 std::string name_of(const std::string& host) {
   std::string name = host;
   if (name.starts_with('[')) {
@@ -41,7 +42,8 @@ bool is_hexadecimal(std::string_view text) {
   return std::ranges::all_of(text, [](unsigned char c) { return std::isxdigit(c) != 0; });
 }
 
-/// Reads the token. Root may read the token of a service, which belongs to the owner of the folder.
+/// Reads the token from the opened file. The file must belong to this user, or to the owner of its folder:
+/// root may read the token of a service. Throws RunError otherwise, or if other users can read the file.
 std::string read_token(const std::filesystem::path& file, const Descriptor& opened) {
   struct stat found {};
   struct stat folder {};
@@ -63,7 +65,7 @@ std::string read_token(const std::filesystem::path& file, const Descriptor& open
   return token;
 }
 
-/// Returns nullopt if the file does not exist.
+/// Reads the token if the file exists; returns nullopt if it does not.
 std::optional<std::string> token_there(const std::filesystem::path& file) {
   const Descriptor opened(::open(file.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC));
   if (opened.get() >= 0) return read_token(file, opened);
@@ -71,7 +73,7 @@ std::optional<std::string> token_there(const std::filesystem::path& file) {
   return std::nullopt;
 }
 
-/// Returns 0 or the errno.
+/// Writes the whole line. Returns 0, or errno if writing failed.
 int write_line(const Descriptor& into, std::string_view line) {
   while (!line.empty()) {
     const ssize_t size = ::write(into.get(), line.data(), line.size());
@@ -81,14 +83,16 @@ int write_line(const Descriptor& into, std::string_view line) {
   return 0;
 }
 
-/// Creates the complete file; returns nullopt if another program created it first.
+/// Creates the file with a new token and returns the token. Returns nullopt if another program created the
+/// file first. The file appears only when it is complete.
 std::optional<std::string> token_made(const std::filesystem::path& file) {
   std::string temporary = file.string() + ".XXXXXX";
-  const Descriptor made(::mkostemp(temporary.data(), O_CLOEXEC));  // mode 0600
+  const Descriptor made(::mkostemp(temporary.data(), O_CLOEXEC));  // creates the file with mode 0600
   if (made.get() < 0) throw RunError(file, fmt::format("cannot be created: {}", std::strerror(errno)));
   std::string token = new_token();
   int error = write_line(made, token + "\n");
-  // renameat2(RENAME_NOREPLACE) is not used, because a network file system refuses it.
+  // link() fails if the file exists. renameat2(RENAME_NOREPLACE) does the same, but not on a network file
+  // system.
   if (error == 0 && ::link(temporary.c_str(), file.c_str()) != 0) error = errno;
   ::unlink(temporary.c_str());
   if (error == 0) return token;
@@ -142,7 +146,9 @@ std::string new_token() {
 std::string token_of(const std::filesystem::path& file) {
   if (auto token = token_there(file)) return *std::move(token);
   if (auto token = token_made(file)) return *std::move(token);
-  if (auto token = token_there(file)) return *std::move(token);  // created by another program in between
+  if (auto token = token_there(file))
+    return *std::move(token);  // another program created the file after the
+                               // first attempt
   throw RunError(file, "disappeared while it was read");
 }
 

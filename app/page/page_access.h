@@ -1,8 +1,9 @@
-// Decides who may see the page, and who may write.
+// Decides which requests may see the page and which may write.
 //
-// A page of another site can make a browser send requests to this server, and can assign the server's address
-// to its own name (DNS rebinding). It cannot choose Host and Origin. Therefore Host must be a name of this
-// server, and Origin, if present, must be the page's own. The port is ignored: it may be forwarded.
+// A page of another site can make a browser send requests to this server, and can give the server's address a
+// name of its own (DNS rebinding). However, it cannot choose the header fields Host and Origin. Therefore
+// Host must be a name of this server, and Origin, if present, must be the origin of the operator's page. The
+// port is ignored, because it may be forwarded.
 #pragma once
 
 #include <filesystem>
@@ -16,12 +17,14 @@ namespace hystcan::app {
 
 class PageAccess {
  public:
-  /// `names`: further names of this server, besides localhost and its addresses.
+  /// `names`: names of this server in addition to localhost and its addresses. `token`: the secret for
+  /// writing.
   explicit PageAccess(std::vector<std::string> names, std::string token);
 
-  /// Returns a response with status 200 if the request is allowed, else the refusal.
+  /// Returns a response with status 200 if the request is allowed, otherwise the response that refuses it.
   HttpResponse judge(const HttpRequest& request) const;
-  /// Compares in constant time, so that the time does not show how many characters of a guess are right.
+  /// Returns true if `text` is the token. The comparison takes the same time for every text, so that an
+  /// attacker cannot find out how many characters are right.
   bool is_token(std::string_view text) const;
 
  private:
@@ -31,11 +34,12 @@ class PageAccess {
 
 bool is_loopback(const std::string& address);
 
-/// Returns 32 hexadecimal digits from the kernel's random numbers. Throws RunError.
+/// Returns a new token: 32 hexadecimal digits from the kernel's random generator. Throws RunError if that
+/// fails.
 std::string new_token();
 
-/// Returns the token in this file, which only its owner may read; creates the file if it is missing. Throws
-/// RunError if others may read the file, if it is not the user's own, or if it contains no token.
+/// Returns the token in this file. If the file is missing, creates it with a new token. Throws RunError if
+/// other users can read the file, if it belongs to another user, or if it contains no token.
 std::string token_of(const std::filesystem::path& file);
 
 }  // namespace hystcan::app

@@ -1,4 +1,4 @@
-// The connected pages.
+// The browsers that are connected to the page's WebSocket.
 #pragma once
 
 #include <chrono>
@@ -16,17 +16,19 @@ struct PageClient {
   WebClient& web;
   std::uint64_t number;
   bool is_authorised = false;
-  bool waits_for_token = false;                   ///< the answer to a wrong token is pending
-  double rate = 500.0;                            ///< rows per axis and second
-  std::map<std::uint32_t, std::uint32_t> lost{};  ///< rows of each kind lost since the last message
+  bool waits_for_token = false;                   ///< true while the delayed answer to a wrong token is
+                                                  ///< pending
+  double rate = 500.0;                            ///< requested rate: rows per axis and second
+  std::map<std::uint32_t, std::uint32_t> lost{};  ///< for each kind of stream: rows dropped since the last
+                                                  ///< message
   std::optional<Trigger> trigger{};
-  std::chrono::steady_clock::time_point second{};  ///< start of the second in which messages are counted
+  std::chrono::steady_clock::time_point second{};  ///< start of the second in which `messages` are counted
   int messages = 0;
 
   void send(const nlohmann::json& message) {
     web.send_text(message.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace));
   }
-  /// Counts a message; returns true if there are too many in this second.
+  /// Counts a message of the client. Returns true if the client sent too many messages in this second.
   bool sends_too_much();
 };
 
@@ -41,13 +43,13 @@ class PageClients {
  public:
   PageClient& add(WebClient& web);
   void remove(const PageClient& client);
-  /// Returns null if the client is gone.
+  /// Returns the client of this WebSocket; null if it has disconnected.
   PageClient* of(const WebClient& web);
   PageClient* with(std::uint64_t number);
-  /// All clients by number: the oldest first.
+  /// Returns all clients, sorted by number. The oldest client has the smallest number.
   std::map<std::uint64_t, PageClient>& all() { return clients_; }
   void send_all(const nlohmann::json& message);
-  /// Disconnects the oldest client without a valid token. Returns false if there is none.
+  /// Disconnects the oldest client without a valid token. Returns false if all clients have a valid token.
   bool make_room();
 
   PageCounters counters;

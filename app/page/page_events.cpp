@@ -18,13 +18,13 @@ constexpr std::size_t most_events = 200;
 constexpr std::size_t most_changes = 20;
 constexpr std::size_t longest_words = 200;
 
-/// Has classes of 1, 2, 5, 10 ... us.
+/// Returns a histogram with the upper edges 1, 2, 5, 10, ... us.
 metrics::Histogram cycle_time_histogram() {
   return metrics::Histogram(
       {1, 2, 5, 10, 20, 50, 100, 200, 500, 1'000, 2'000, 5'000, 10'000, 20'000, 50'000, 100'000});
 }
 
-/// Returns the word with this number; the number itself if the list has no such word.
+/// Returns the word with this index in the list. If there is none, returns the number as text.
 std::string word_of(const std::vector<std::string>& words, double number) {
   const auto index = static_cast<std::size_t>(number);
   return number >= 0.0 && index < words.size() ? words[index] : fmt::format("{:g}", number);
@@ -34,7 +34,7 @@ std::string dumped(const json& command, const char* key) {
   return command.value(key, json()).dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-/// Returns "x: go to 12.5 um".
+/// Returns the command in words, for example "x: go to 12.5 um".
 std::string words_of_command(const json& command) {
   const ControlCommand& row = take_command(command, Server::controller);
   const bool has_axis = command.contains("axis") && command.at("axis").is_string();
@@ -50,12 +50,14 @@ std::string words_of_command(const json& command) {
   return words.substr(0, longest_words);
 }
 
-/// Returns an event for an action. Its axis is null, because the text names the axis.
+/// Returns an event for an action of a user. Its member `axis` is null, because the text contains the name of
+/// the axis.
 json act_event(const std::string& by, const std::string& level, const std::string& text) {
   return {{"type", "event"}, {"axis", nullptr}, {"by", by}, {"level", level}, {"text", text}};
 }
 
-/// Returns one event for each change; if there are many, the first ones and their number.
+/// Returns one event for each changed setting. If there are more than `most_changes`, the last event gives
+/// the number of the others.
 std::vector<json> change_events(const std::string& by, const std::string& what,
                                 const std::vector<config::Change>& changes) {
   std::vector<json> events;
@@ -116,7 +118,8 @@ void PageEvents::add_foreign_changes(const std::vector<config::Change>& changes)
   for (json& event : change_events("file or control socket", "set", changes)) add(std::move(event));
 }
 
-/// Adds the event with the time of the newest row; null before the first row.
+/// Sends the event to all clients and stores it. Its time is the time of the newest row, or null before the
+/// first row.
 void PageEvents::add(json event) {
   event["time_s"] = newest_s_;
   events_.push_back(std::move(event));

@@ -1,8 +1,8 @@
-// The events of the controller as texts for all pages: changes of state and faults, detected in its rows, and
-// the actions of users. Pages that connect later also get the last events. Also collects the cycle times from
-// the same rows.
+// Creates the events that all pages show as text: changes of state and faults, which it finds in the
+// controller's rows, and actions of users. A page that connects later gets the last events, too. Also
+// collects histograms of the cycle times from the same rows.
 //
-// Each event is an `event` of docs/page_protocol.md.
+// docs/page_protocol.md describes the message `event`.
 #pragma once
 
 #include <deque>
@@ -19,8 +19,8 @@
 
 namespace hystcan::app {
 
-/// Returns the events of a command and its answer: one for each setting that it changed, otherwise one. `by`:
-/// "page 3".
+/// Returns the events of a command, made from its answer: one event for each setting that the command
+/// changed, otherwise one event in total. `by`: author of the command, for example "page 3".
 std::vector<nlohmann::json> command_events(const std::string& by, const nlohmann::json& command,
                                            const nlohmann::json& answer);
 
@@ -28,14 +28,14 @@ class PageEvents {
  public:
   explicit PageEvents(PageClients& clients);
 
-  /// Starts with a new controller. Throws Error if a column is missing.
+  /// Call this function when a controller's stream begins. Throws Error if a column is missing.
   void begin(const StreamGreeting& greeting);
   void put(std::span<const double> row);
 
-  /// Adds an action of this page; `level`: "info", "warning".
+  /// Adds an event for an action of a user. `page`: number of the user's page. `level`: "info" or "warning".
   void add_act(std::uint64_t page, const std::string& level, const std::string& text);
   void add_command(std::uint64_t page, const nlohmann::json& command, const nlohmann::json& answer);
-  /// Adds changes of settings that no page made.
+  /// Adds events for settings that were changed by the configuration file or by another program.
   void add_foreign_changes(const std::vector<config::Change>& changes);
 
   const std::deque<nlohmann::json>& newest() const { return events_; }
@@ -50,7 +50,7 @@ class PageEvents {
   PageClients& clients_;
   StreamGreeting greeting_;
   CycleColumns at_{};
-  std::vector<std::pair<double, double>> last_;  ///< last state and fault of each axis
+  std::vector<std::pair<double, double>> last_;  ///< state and fault of each axis in its previous row
   double newest_s_ = std::numeric_limits<double>::quiet_NaN();
   std::deque<nlohmann::json> events_;
   metrics::Histogram turnaround_us_, lateness_us_;

@@ -90,7 +90,7 @@ void PageHost::run() {
   while (!context_.stopped()) {
     try {
       context_.run();
-    } catch (const std::exception& error) {  // thrown by one handler
+    } catch (const std::exception& error) {  // an exception of one handler does not end the server
       spdlog::error("page: {}", error_text(error));
     }
   }

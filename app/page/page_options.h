@@ -1,4 +1,4 @@
-// The start options of a page's server.
+// The options with which a page's server is started.
 #pragma once
 
 #include <chrono>
@@ -12,14 +12,15 @@ namespace hystcan::app {
 
 struct PageOptions {
   std::filesystem::path config;
-  std::string source = "controller";  ///< or "demo"
-  std::string interface {};           ///< empty: simulated
+  std::string source = "controller";  ///< source of the data: "controller" or "demo"
+  std::string interface {};           ///< CAN interface; empty: the bus is simulated
   AverageFrames frames{};
   bool exposed = false;
   std::string start_command{};
   std::function<std::filesystem::path()> controller_socket, twin_socket;
-  std::chrono::seconds answer_limit{5};  ///< time for the controller to answer a command
-  /// Only for a demo: starts another rehearsal, or throws the reason why it can't.
+  std::chrono::seconds answer_limit{5};  ///< longest time for the controller to answer a command
+  /// Starts a new rehearsal after the previous one ended; throws if that is not possible. Set only for a
+  /// demo.
   std::function<void()> start_again{};
 };
 

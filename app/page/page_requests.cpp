@@ -27,8 +27,8 @@ constexpr double fastest_view_Hz = 1000.0;
 constexpr const char* no_token = "this needs the token; show it with hystcan page CONFIG --token";
 constexpr const char* no_role = "this page does not have the writer's role; take it first";
 
-/// Returns the commands that the page may send, in the order in which a refusal lists them. `stop` is
-/// missing, because it has its own request.
+/// Returns the list of commands that a page may send with the request `command`, for an error message. The
+/// command `stop` is not in the list, because it has its own request.
 std::string page_commands() {
   std::map<int, std::string_view> words;
   for (const ControlCommand& row : protocol::commands)
@@ -38,7 +38,8 @@ std::string page_commands() {
   return text;
 }
 
-/// Returns the overrides that give the loop and the model in force; they do not depend on the setpoint.
+/// Returns the settings with which the file must be overridden to get the control loop and the model in
+/// force. Changes of the reference segments are left out, because loop and model do not depend on them.
 std::vector<config::Setting> overrides_of(const std::vector<config::Change>& unsaved) {
   const std::string of_segments = fmt::format(".{}[", config::setpoint_key);
   std::vector<config::Setting> overrides;
@@ -48,7 +49,7 @@ std::vector<config::Setting> overrides_of(const std::vector<config::Change>& uns
   return overrides;
 }
 
-/// Returns the keys that can change while the controller runs. docs/page_protocol.md lists the members.
+/// Returns the settings that can be changed while the controller runs, as JSON (docs/page_protocol.md).
 json keys_json(const config::Config& config) {
   json list = json::array();
   for (const config::Key& key : config::running_keys(config)) {
@@ -85,7 +86,7 @@ void PageRequests::receive(PageClient& client, std::string_view text) {
   if (request_id.id.is_null()) return refuse(request_id, "\"id\" is missing, expected a number");
   try {
     dispatch(client, request_id, request);
-  } catch (const std::exception& error) {  // the request is invalid; nothing has changed
+  } catch (const std::exception& error) {  // an invalid request changes nothing
     refuse(request_id, error_text(error));
   }
 }
@@ -154,7 +155,8 @@ void PageRequests::view(PageClient& client, const RequestId& request_id, const j
   reply(request_id, {{"ok", true}});
 }
 
-/// Throws Error if the controller and the page use different files.
+/// Throws Error if the controller uses another configuration file than this page, because a save would then
+/// change the wrong file.
 void PageRequests::require_the_same_file(const SettingsAnswer& settings) const {
   std::error_code error;
   if (!std::filesystem::equivalent(settings.file, options_.config, error))
@@ -313,7 +315,8 @@ void PageRequests::reply_or_write(const RequestId& request_id, const json& reque
         spdlog::info("page {}: {}", request_id.client, done);
         events_.add_act(request_id.client, "info", done);
         if (!save.undoes) return reply(request_id, std::move(body));
-        // The controller applies the restored file; if it does not, `not_applied` is the reason.
+        // Requests a reload, so that the controller applies the restored file. If it refuses, the reason is
+        // sent to the client as `not_applied`.
         role_.command(request_id.client, command_of(Verb::reload),
                       [this, request_id, body = std::move(body)](const json& reloaded) mutable {
                         if (!is_done(reloaded))

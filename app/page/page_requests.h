@@ -55,14 +55,16 @@ class PageRequests {
   void save(PageClient&, const RequestId&, const nlohmann::json&);
   void undo_save(PageClient&, const RequestId&, const nlohmann::json&);
 
-  /// Calls `work` with the answer to `settings` when it is this client's turn. If the configuration file is
-  /// invalid and `needs_valid_file` is false, this answer has only the member `file`.
+  /// Requests the settings from the controller and calls `work` with the answer, when it is this client's
+  /// turn in the queue. If the configuration file is invalid, the client is refused; if `needs_valid_file` is
+  /// false, `work` is called instead, and only the member `file` of the answer is set.
   void with_settings(const RequestId& request_id, std::function<void(const SettingsAnswer&)> work,
                      bool needs_valid_file = true);
-  /// Replies with the result of `make` for the axis with the settings in force.
+  /// Calls `make` with the configuration in force of the requested axis, and sends the result to the client.
   void reply_of_axis(const RequestId& request_id, const nlohmann::json& request,
                      nlohmann::json (*make)(const config::AxisConfig& axis, double cycle_s));
-  /// Replies with the change of the file; makes the change if the request contains the digest of this change.
+  /// Saves the configuration file in two steps. A request without `digest` gets the difference between the
+  /// current and the new text, and its digest. A request with this digest writes the new text.
   void reply_or_write(const RequestId& request_id, const nlohmann::json& request,
                       std::function<ConfigSave(const SettingsAnswer&)> make, bool needs_valid_file = true);
   void require_the_same_file(const SettingsAnswer& settings) const;

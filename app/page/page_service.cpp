@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr auto time_between_looks = std::chrono::milliseconds(200);
-constexpr double longest_age_s = 0.6;  // at this age, two further answers are overdue
+constexpr double longest_age_s = 0.6;  // in s; at this age, two further answers are late
 constexpr std::uint32_t capture_kind = 3;
 
 }  // namespace
@@ -120,7 +120,7 @@ void PageService::row_of_controller(std::span<const double> row) {
     if (!client.trigger) continue;
     const auto capture = client.trigger->put(row, controller_.history());
     if (!capture) continue;
-    if (!client.web.takes_rows()) continue;  // drops the capture; the trigger waits for the next event
+    if (!client.web.takes_rows()) continue;  // drops the capture, and waits for the next event
     send_capture(client, *capture);
     if (!client.trigger->repeats()) client.trigger.reset();
   }
@@ -178,7 +178,7 @@ void PageService::look() {
     status_came_ = std::chrono::steady_clock::now();
     try {
       status_ = read_answer<StatusAnswer>(answer);
-    } catch (const RunError&) {  // the controller is not running
+    } catch (const RunError&) {  // the answer is a refusal: no controller is running
     }
     send_status();
   });

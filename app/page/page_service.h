@@ -1,11 +1,13 @@
-// The operator's page behind its server: forwards the streams to the clients, and their commands to the
-// control socket. docs/page_protocol.md lists all messages. Uses one thread.
+// The service behind the page's server. It forwards the streams of controller and twin to the clients, and
+// the clients' commands to the control socket. docs/page_protocol.md lists all messages. All code runs on one
+// thread.
 //
 //   PageStream (controller, twin) ──▶ PageEvents, captures, lanes ──▶ PageClients
 //   PageClients ──▶ PageRequests ──▶ WriterRole ──▶ ControlLink ──▶ control socket
 //
-// There are two connections to a controller: the stream, which accepts no commands and never waits for this
-// process, and one for the commands. A `stop` or `disable` opens a third connection until it is answered.
+// There are two connections to a controller. The stream accepts no commands and never waits for this process.
+// The second connection is for commands. `stop` and `disable` use a third connection, which is closed after
+// their answer.
 #pragma once
 
 #include <boost/asio/io_context.hpp>
@@ -32,18 +34,18 @@ class PageService {
  public:
   PageService(boost::asio::io_context& context, PageOptions options, PageAccess access);
 
-  /// Answers any request except one for the WebSocket.
+  /// Returns the response to an HTTP request that does not open a WebSocket.
   HttpResponse answer(const HttpRequest& request);
-  /// Returns status 101 if the client may open a WebSocket; otherwise the response to send instead.
+  /// Returns status 101 if the client may open a WebSocket; otherwise the response that refuses the request.
   HttpResponse admit(const HttpRequest& request);
 
   void opened(WebClient& web);
   void received(WebClient& web, std::string_view text);
   void closed(WebClient& web);
-  /// Makes room when all connections are in use: disconnects the oldest client without a valid token. Returns
-  /// false if there is none.
+  /// Disconnects the oldest client without a valid token, to make room for a new connection. Returns false if
+  /// all clients have a valid token.
   bool make_room() { return clients_.make_room(); }
-  /// Counts a client that was disconnected or that exceeded the limit.
+  /// Counts a client that the server disconnected, or a connection beyond the limit.
   void count_cut_off() { ++clients_.counters.cut_off; }
 
  private:
@@ -54,11 +56,11 @@ class PageService {
   void batch(PageStream& stream, std::uint32_t lost);
   void send_rows(PageClient& client, const PageStream& stream, const RowBlock& rows);
   void send_capture(PageClient& client, const Capture& capture);
-  void look();  ///< requests the state, five times a second
+  void look();  ///< requests the status of the controller, five times a second
   void send_status();
-  /// Returns the seconds since the controller's last answer; infinite before the first answer.
+  /// Returns the time in s since the controller's last answer; infinite before the first answer.
   double status_age_s() const;
-  /// Returns the state of the controller; nullopt if it gave no answer, or if its last answer is too old.
+  /// Returns the status of the controller; nullopt if it has not answered, or if its last answer is too old.
   std::optional<StatusAnswer> status_known() const;
 
   PageOptions options_;
@@ -75,7 +77,7 @@ class PageService {
   BusCounters bus_;
   BusReport bus_report_{};
   std::optional<StatusAnswer> status_;
-  bool looks_ = false;  ///< a request for `status` is pending
+  bool looks_ = false;  ///< true while a request for `status` waits for its answer
   std::optional<std::chrono::steady_clock::time_point> status_came_;
 };
 

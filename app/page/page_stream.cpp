@@ -24,11 +24,12 @@ using boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
 constexpr auto pause_before_next = std::chrono::milliseconds(500);
-constexpr auto longest_pause = std::chrono::seconds(3);  // a batch arrives every 20 ms
+constexpr auto longest_pause = std::chrono::seconds(3);  // longest time without a batch; normally one arrives
+                                                         // every 20 ms
 constexpr std::size_t longest_greeting = 65'536;
 constexpr std::size_t longest_batch = 16'777'216;
 constexpr double history_s = 60.0;
-constexpr double shortest_history_s = 12.0;  // longer than the longest capture
+constexpr double shortest_history_s = 12.0;  // in s; longer than the longest capture
 constexpr double most_history_rows = 200'000.0;
 constexpr double rows_of_the_past = 4'000.0;
 constexpr std::size_t rows_of_a_block = 100;
@@ -47,7 +48,8 @@ PageStream::PageStream(boost::asio::io_context& context, std::string name, std::
       limit_(context),
       pause_(context),
       received_(longest_batch + longest_greeting) {
-  boost::asio::post(context, [this] { connect(); });  // posted, because the hooks are not ready yet
+  boost::asio::post(context, [this] { connect(); });  // later, because the object that owns the hooks is not
+                                                      // complete yet
 }
 
 void PageStream::connect() {

@@ -1,4 +1,4 @@
-// The rows of a stream: a history, and a reduction to fewer rows that show the same.
+// Stores the rows of a stream, and reduces them to fewer rows that look the same in a chart.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 
 namespace hystcan::app {
 
-/// Stores the last rows, for captures and for clients that connect later. Limited in size.
+/// Stores the last `most_rows` rows of a stream, for captures and for clients that connect later.
 class RowHistory {
  public:
   RowHistory(std::size_t columns, std::size_t most_rows) : columns_(columns), most_rows_(most_rows) {}
@@ -28,7 +28,7 @@ class RowHistory {
   }
 
   std::size_t columns() const { return columns_; }
-  /// Rows [first(), end()) are available; rows are counted from the start of the stream.
+  /// Rows from first() to end() - 1 are available. Row numbers count from the start of the stream.
   std::uint64_t first() const { return count_ > most_rows_ ? count_ - most_rows_ : 0; }
   std::uint64_t end() const { return count_; }
   std::span<const double> row(std::uint64_t number) const {
@@ -45,21 +45,24 @@ class RowHistory {
   std::vector<double> values_;
 };
 
-/// Returns the index of the column with this name in a stream with this greeting; nullopt if there is none.
+/// Returns the index of the column `name` in a stream with this greeting; nullopt if there is no such column.
 std::optional<std::size_t> column_in(const StreamGreeting& greeting, std::string_view name);
 
-/// Reduces groups of consecutive rows of an axis to two rows: the smallest and the largest value of each
-/// column. The result is NaN only if all values are NaN. A group ends at a change of `state` or `fault`. A
-/// bit of `limits` that was set in the group is set in the second row.
+/// Reduces groups of consecutive rows of an axis to two rows each. For every column, the first row has the
+/// smallest value in the group, the second row the largest; NaN counts only if all values are NaN. In the
+/// column `limits`, the second row has every bit that was set in the group. A group ends early if `state` or
+/// `fault` changes.
 class RowDecimator {
  public:
-  /// The stream must have a column `axis`. `bucket`: number of rows per group; 1 or 2 keeps each row.
+  /// `bucket`: number of rows in a group; with 1 or 2, all rows are kept. The stream must have a column
+  /// `axis`.
   RowDecimator(const StreamGreeting& greeting, std::size_t bucket);
-  /// Returns the bucket that reduces `rate_Hz` to at most `most_Hz` rows of an axis.
+  /// Returns the number of rows in a group that reduces `rate_Hz` to at most `most_Hz` rows per second and
+  /// axis.
   static std::size_t bucket_for(double rate_Hz, double most_Hz);
 
   void put(std::span<const double> row);
-  /// Returns the results since the last call.
+  /// Returns the reduced rows that were completed since the last call.
   std::vector<double> take();
 
  private:
@@ -76,7 +79,7 @@ class RowDecimator {
   std::vector<std::size_t> states_;
   std::optional<std::size_t> bits_;
   std::size_t bucket_;
-  std::map<std::size_t, Bucket> open_;  ///< per axis
+  std::map<std::size_t, Bucket> open_;  ///< incomplete group of each axis
   std::vector<double> out_;
 };
 

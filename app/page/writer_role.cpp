@@ -48,15 +48,15 @@ void WriterRole::read_settings(ControlLink::Done done) {
               try {
                 if (changes == changes_ && is_done(answer))
                   compare(read_answer<SettingsAnswer>(answer).settings);
-              } catch (const std::exception& error) {  // not an answer to `settings`
+              } catch (const std::exception& error) {  // the answer does not have the form of `settings`
                 return done(refusal(error_text(error)));
               }
               done(answer);
             });
 }
 
-/// Closes an idle link: its other end may have ended with the controller. Keeps the known settings, so that
-/// their changes until the next reading also become events, at the same controller or at a new one.
+/// Closes the connection if it is idle, because the controller at its other end may have ended. Keeps the
+/// known settings: the next reading compares with them, so that changes made in between become events.
 void WriterRole::controller_changed() {
   if (!link_.is_busy()) link_.close();
 }

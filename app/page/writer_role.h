@@ -1,5 +1,5 @@
-// The writer's role, the changes that pages make with it at the controller, and the settings in force as far
-// as known.
+// Manages the writer's role: only the page that has this role may change the controller. Sends the pages'
+// commands to the controller, and remembers the settings in force as last read.
 #pragma once
 
 #include <cstdint>
@@ -14,23 +14,23 @@ namespace hystcan::app {
 
 class WriterRole {
  public:
-  /// `link`: connection to the controller. `ending`: a second connection, for `stop` and `disable`, which
-  /// must not wait for other commands: the control socket answers the commands of a connection in order.
+  /// `link`: connection for commands. `ending`: a second connection for `stop` and `disable`. A control
+  /// socket answers the commands of a connection in order, and these two must not wait for other commands.
   WriterRole(ControlLink& link, ControlLink& ending, PageClients& clients, PageEvents& events);
 
   bool is_free() const { return holder_ == 0; }
   bool is_of(const PageClient& client) const { return holder_ == client.number; }
-  /// Gives the role to the client with this number; 0: no client has the role. The right to write at the
-  /// controller moves with the role.
+  /// Gives the role to the client with this number; with 0, no client has the role. Afterwards the previous
+  /// client's connection can no longer write at the controller.
   void give_to(std::uint64_t client);
   void show_to(PageClient& client) const;
 
-  /// Sends a command of this page and adds its events. `stop` and `disable` do not need the role, because
-  /// they only end a motion.
+  /// Sends a command of a page and adds its events. `stop` and `disable` do not need the role, because they
+  /// can only end a movement.
   void command(std::uint64_t client, const nlohmann::json& command, ControlLink::Done done);
-  /// Requests `settings`. Adds events for changes that no command of a page made.
+  /// Requests the settings from the controller. Adds events for changes that no page made.
   void read_settings(ControlLink::Done done);
-  /// Call this when the controller started or ended, or its stream was lost.
+  /// Call this function when the controller starts or ends, or when its stream is lost.
   void controller_changed();
 
  private:
@@ -40,10 +40,10 @@ class WriterRole {
   PageClients& clients_;
   PageEvents& events_;
   ControlLink &link_, &ending_;
-  std::uint64_t holder_ = 0;            ///< number of the client with the role; 0: none
-  std::vector<config::Setting> known_;  ///< settings in force; empty: not read yet
-  std::uint64_t changes_ = 0;           ///< number of the pages' commands so far, which detects outdated
-                                        ///< answers
+  std::uint64_t holder_ = 0;            ///< number of the client that has the role; 0: none
+  std::vector<config::Setting> known_;  ///< settings in force as last read; empty: not read yet
+  std::uint64_t changes_ = 0;           ///< increases with each command and each answer of a page; shows
+                                        ///< whether settings are outdated
 };
 
 }  // namespace hystcan::app
