@@ -37,7 +37,7 @@ using identification::Identified;
 Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
   identification::IdentifyOptions identify_options = records.model;
-  identify_options.observed_thresholds = true;  // so that the start-up reaches both thresholds
+  identify_options.observed_thresholds = true;  // the start-up can then reach both thresholds
   identify_options.go_on = counted_trials(progress);
   return at_place(fmt::format("{}", fmt::join(records.names(), ", ")),
                   [&] { return identification::identify(records.loops, identify_options); });
@@ -53,8 +53,8 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
                      100.0 * seen.all.max / seen.output_span);
 }
 
-/// Returns the uncertainty of the stated mode. Its frequency has no upper limit if it may be above half the
-/// rate.
+/// Returns the uncertainty of a mode that the user stated: 10 % in frequency, a factor of 1.5 in damping. If
+/// its frequency may be above half the rate, no upper limit of the frequency is known.
 controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated, double rate_Hz) {
   constexpr double percent = 10.0;
   controller::PlantUncertainty uncertainty = controller::around(stated, percent);
@@ -70,7 +70,8 @@ void set_loop_of(Stage& stage, std::size_t i, controller::LoopConfig loop) {
   derive(stage.config, i);
 }
 
-/// Sets the delays in [axis.control] and in [axis.twin], with comments that match them.
+/// Writes the identified dynamics into [axis.control] and [axis.twin] of axis i, with comments that state
+/// their source, and sets the cautious loop for them.
 void set_dynamics(Stage& stage, std::size_t i, const IdentifiedPlant& plant) {
   const controller::Delays delays = in_whole_microseconds(plant.delays);
   set_loop_of(stage, i,
@@ -96,7 +97,7 @@ std::string dynamics_line(const controller::Delays& delays) {
                      1e3 * delays.sensor_s());
 }
 
-/// Returns a line with the identified dynamics and their source.
+/// Returns a line for the user: the identified dynamics, and the record from which they were identified.
 std::string dynamics_line(const std::string& record, const IdentifiedPlant& plant, double stated_Hz) {
   std::string text = fmt::format("{}; from {}", dynamics_line(plant.delays), record);
   if (!plant.mode)
@@ -123,13 +124,15 @@ std::string loop_text(const Candidate& best, double resonance_percent) {
   return text;
 }
 
-/// Returns the loop that is written: the cautious one if it tracks.
+/// Returns the candidate that is written to the configuration: the cautious loop, or the proposed one if the
+/// cautious loop does not track.
 const Candidate& first_proposal(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
   return cautious.has_run() ? cautious : report.proposed();
 }
 
-/// Returns true for the cautious candidate and for the present one, which has the gains of cautious_loop().
+/// Returns true if the candidate has cautious gains. The last candidate has them by design; the present
+/// setting (the first candidate) has them because set_dynamics() has already set them.
 bool is_cautious(const TuningReport& report, const Candidate& candidate) {
   return &candidate == &report.candidates.back() || &candidate == &report.present();
 }
@@ -182,9 +185,9 @@ void print_as_stated(const config::AxisConfig& axis) {
                            axis.control.law.pi.ki_per_s)});
 }
 
-/// Returns the deviation of the twin's actuator from the model, as a share of half the range of its outputs:
-/// the twin then misses the records by as much as the model misses the held-out data. The deviation has a
-/// minimum, because the true model changes from day to day.
+/// Returns how much the twin's actuator should deviate from the model, as a share of half the output range.
+/// The twin then misses the records by as much as the model misses the held-out data. The result is at least
+/// 1 %, because the true model changes from day to day.
 double measured_share(const Identified& found, const AxisRecords& records) {
   constexpr double tried = 0.01, least = 0.01, most = 0.1;
   Identified other = found;
@@ -230,7 +233,7 @@ std::string plant_name(const std::string& axis) { return axis + ".plant.toml"; }
 
 void print_lines(const std::string& of, const std::vector<std::string>& lines) {
   for (const std::string& line : lines) print(fmt::format("{}{}\n", of.empty() ? "" : of + ": ", line));
-  flush_output();  // the next lines may take seconds
+  flush_output();  // shows the lines now, because the next step may take seconds
 }
 
 Identified identify_axis(const std::filesystem::path& folder, const std::string& axis, AxisRecords records,

@@ -1,9 +1,10 @@
-// Turns the records of an axis into its models, its dynamics and its loop, in the folder of a stage.
+// Identifies and tunes one axis of a stage from its records, and writes the results into the stage's folder.
 //
-//   loops  -> identify -> NAME.model.toml; NAME.plant.toml, deliberately inexact; NAME.report/
-//   step   -> dynamics -> delays of the controller, mode and amplifier of the twin
-//   both   -> tune     -> gains and filters, rehearsed with that twin; NAME.bode.svg
-//   unseen -> validate
+//   record   step       result
+//   loops    identify   NAME.model.toml; NAME.plant.toml, deliberately inexact; NAME.report/
+//   step     dynamics   delays of the controller, mode and amplifier of the twin
+//   both     tune       gains and filters, rehearsed with that twin; NAME.bode.svg
+//   unseen   validate   a line with the prediction error
 #pragma once
 
 #include <filesystem>
@@ -20,17 +21,18 @@
 
 namespace hystcan::app {
 
-/// The configuration of a stage, which is completed in memory and then written once.
+/// The configuration of a stage. It is completed in memory and then written once.
 class Stage {
  public:
-  /// Parses `text`. Paths in it are relative to the folder of `file`. Throws Error.
+  /// Parses `text` as a configuration. Relative paths in it refer to the folder of `file`. Throws Error if
+  /// the text is invalid.
   Stage(std::filesystem::path file, std::string text);
 
   config::Config config;
-  /// New comments for keys, by the paths of the keys; each replaces the present comment after its key.
+  /// New comments, by the path of a key. Each one replaces the comment after its key.
   std::map<std::string, std::string> comments{};
 
-  /// Returns the text that was passed to the constructor, with the present values of `config`.
+  /// Returns the original text with the current values of `config` and with the new comments.
   std::string text() const;
   const std::filesystem::path& file() const { return file_; }
 
@@ -40,39 +42,42 @@ class Stage {
   config::Config read_;
 };
 
-/// Return the names of an axis's files, which are in the folder of the configuration.
+/// Return the names of the model files of an axis: the controller's model and the twin's actuator. The files
+/// are in the folder of the configuration.
 std::string model_name(const std::string& axis);
 std::string plant_name(const std::string& axis);
 
 void print_lines(const std::string& of, const std::vector<std::string>& lines);
 
-/// Identifies the model of an axis from its loops; the ends of the loops set its thresholds. Drives beyond
-/// `range`, the noise of a measured drive, are moved to its ends. Writes model, plant and report into
-/// `folder`. Prints lines for the engineer. Throws Error if the records do not determine a model, RunError at
-/// a signal.
+/// Identifies the hysteresis model of an axis from its loops; the ends of the loops become its thresholds.
+/// Writes model, twin's actuator and report into `folder`, and prints the results. A measured drive may
+/// exceed `range` by its noise; such drives are set to the ends of `range`. Throws Error if the records do
+/// not determine a model, and RunError at a signal.
 identification::Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
                                          AxisRecords records, const model::Interval& range);
 
-/// Identifies the plant from the step record of an axis; `nullopt` without a step record. Throws Error.
+/// Identifies the dynamics of an axis from its step record; returns `nullopt` if there is no such record.
+/// `stated`: dynamics as stated by the user. Throws Error if the record does not determine the dynamics.
 std::optional<IdentifiedPlant> shown_plant(const AxisRecords& records, const controller::Delays& stated);
 
-/// Tunes the loop of axis i of the stage. With `plant`, the cautious loop is set if it tracks. Without
-/// `plant`, the stated dynamics are used, the loop is an integral one with low gain, and the report is empty.
+/// Tunes the loop of axis i of the stage. With `plant`, the cautious loop is set if it tracks in a rehearsal.
+/// Without `plant`, an integral loop with a low gain is set for the stated dynamics, and the report is empty.
 TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records,
                        const std::optional<IdentifiedPlant>& plant);
 
-/// Sets the cautious loop of axis i at the rate of the stage, for `plant` or else for the stated dynamics.
-/// Prints nothing.
+/// Sets the cautious loop of axis i for the cycle rate of the stage. Uses the identified `plant`, or the
+/// stated dynamics if there is none. Does not rehearse and prints nothing.
 void set_cautious_loop(Stage& stage, std::size_t i, const std::optional<IdentifiedPlant>& plant);
 
-/// Returns the best candidate that tracks better than the present cautious loop; null if there is none.
+/// Returns the proposed candidate if its predicted error is at least 2 % smaller than that of the loop that
+/// is written first; otherwise null.
 const Candidate* faster_of(const TuningReport& report);
 
-/// Returns the name of the loop that is written first.
+/// Returns the name of the loop that is written to the configuration first.
 std::string loop_name(const TuningReport& report);
 
-/// Rehearses the references of all axes. `tuned`, `loops`: one element for each axis. Throws RunError if an
-/// axis does not track.
+/// Rehearses the references of all axes together and returns a promise for each axis. `tuned`, `loops`:
+/// report and name of the loop for each axis. Throws RunError if an axis does not track.
 std::vector<Promise> rehearsal_of(const config::Config& config, const std::vector<TuningReport>& tuned,
                                   const std::vector<std::string>& loops);
 

@@ -23,7 +23,7 @@ using controller::Cause;
 using controller::Excitation;
 using model::Interval;
 
-/// Returns one loop over a share of the range around the safe drive, with the slope of `whole`.
+/// Returns a single loop around the safe drive over `share` of the range of `whole`, with the same slew rate.
 Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share, double safe_drive) {
   const double span = share * (whole.high - whole.low);
   Excitation::Hysteresis part = whole;
@@ -43,15 +43,15 @@ double covariance(const std::vector<double>& a, const std::vector<double>& b) {
                                [=](double x, double y) { return (x - mean_a) * (y - mean_b); });
 }
 
-/// Returns true if the position falls when the drive rises.
+/// Returns true if the position clearly falls when the drive rises.
 bool falls(const std::vector<double>& drives, const std::vector<double>& positions_um) {
-  constexpr double clear = -0.5;  // correlation; an even actuator has none around zero
+  constexpr double clear = -0.5;  // correlation; for an even actuator it is about 0 around zero drive
   return covariance(drives, positions_um) <
          clear * std::sqrt(covariance(drives, drives) * covariance(positions_um, positions_um));
 }
 
-/// Returns the positions of the loop; `nullopt` if they left the limits. Throws RunError if they fall while
-/// the drive rises.
+/// Drives the loop and returns the range of the positions; `nullopt` if a position exceeded a limit. Throws
+/// RunError if the position falls while the drive rises.
 std::optional<Interval> positions_of(const config::Config& config, const twin::Config& twin,
                                      const OpenLoopOptions& run, const Excitation::Hysteresis& loop) {
   std::vector<double> drives, positions_um;
@@ -76,7 +76,8 @@ std::optional<Interval> positions_of(const config::Config& config, const twin::C
   return Interval{low_um, high_um};
 }
 
-/// Extrapolates this loop to the drives at which the position would leave its limits.
+/// Extrapolates a measured loop linearly. Returns the range of the drive in which the position should stay
+/// within its limits. `measured`: range of the positions in the loop.
 Interval drives_within(const Excitation::Hysteresis& loop, const Interval& measured,
                        const controller::Supervisor::Config& limits) {
   const double per_um = (loop.high - loop.low) / measured.span();
@@ -84,13 +85,13 @@ Interval drives_within(const Excitation::Hysteresis& loop, const Interval& measu
           loop.high + per_um * (limits.position_max_um - measured.hi)};
 }
 
-/// Returns the part of `whole` that is predicted to keep the position within its limits; `nullopt` if all of
-/// `whole` keeps it there.
+/// Returns the part of `whole` that should keep the position within its limits, by extrapolation from the
+/// measured small `loop`. Returns `nullopt` if all of `whole` should keep it there.
 std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hysteresis& whole,
                                                          const Excitation::Hysteresis& loop,
                                                          const Interval& measured,
                                                          const controller::Supervisor::Config& limits) {
-  // Curves bend: only a clear excess counts.
+  // Hysteresis curves are not straight, so an extrapolation is inexact: only a clear excess counts.
   constexpr double doubtful = 0.2, kept = 0.7;
   const Interval fit = drives_within(loop, measured, limits);
   const double slack = doubtful * (whole.high - whole.low);
@@ -108,7 +109,8 @@ double amplitude_of(const Excitation::Config& excitation) {
   return std::get<Excitation::Chirp>(excitation).amplitude;
 }
 
-/// Returns why this excitation is too large; `nullopt` if it is not.
+/// Returns the reason why this excitation is too large, from a rehearsal with the twin; `nullopt` if it is
+/// not.
 std::optional<std::string> excess_of(const config::Config& config, const twin::Config& twin,
                                      const Excitation::Config& excitation) {
   const controller::Supervisor::Config& limits = config.axes[0].control.supervision;

@@ -1,4 +1,4 @@
-// Chooses the size of an excitation on an unknown stage if no size is stated.
+// Chooses the size of an excitation for an unknown stage if the user does not state a size.
 #pragma once
 
 #include "app/stage/open_loop.h"
@@ -8,30 +8,33 @@
 
 namespace hystcan::app {
 
-/// Returns a period of a major loop that keeps it quasi-static: 100 periods of the resonance, at least 2 s.
+/// Returns the duration in s of a major loop that is slow enough to be quasi-static: 100 periods of the
+/// resonance, at least 2 s.
 double quasi_static_period_s(double resonance_Hz);
 
-/// Scales an excitation by `factor`: steps and chirps about their centre, loops about the safe drive, where
-/// every run begins and ends.
+/// Multiplies the size of an excitation by `factor`. The centre of steps and chirps does not change. Loops
+/// change around the safe drive, because every run begins and ends there.
 controller::Excitation::Config resized(controller::Excitation::Config excitation, double factor,
                                        double safe_drive);
 
-/// Drives a loop of a tenth of the range about the safe drive, then of three tenths. Returns `whole`, or the
-/// largest part of it that keeps the position within its limits. Prints notes about the measured loops.
-/// `config` has one axis. Throws RunError at a signal, and at a fault that a smaller excitation would not
-/// avoid.
+/// Drives the stage in a small loop around the safe drive: first over a tenth of the range of `whole`, then
+/// over three tenths. Returns `whole`, or the largest part of it that should keep the position within its
+/// limits. Prints the measured ranges. `config` must have one axis. Throws RunError at a signal, and at a
+/// fault that a smaller excitation would not avoid.
 controller::Excitation::Hysteresis tried_small_first(const config::Config& config, const twin::Config& twin,
                                                      const OpenLoopOptions& run,
                                                      const controller::Excitation::Hysteresis& whole);
 
-/// Chooses the amplitude of steps or a chirp by trying it with the twin before the stage moves. Returns the
-/// first of `whole`, its half, its quarter ... that passes a rehearsal with a margin of 2: no fault, at most
-/// half of position_jump_um between samples, and twice the travel within position_min_um and position_max_um.
-/// Prints a note if the result is not `whole`. `config` has one axis. Throws RunError if no amplitude passes.
+/// Chooses the amplitude of steps or a chirp by rehearsals with the twin, before the stage moves. Tries
+/// `whole`, then half of it, a quarter of it, and so on. Returns the first excitation that causes no fault,
+/// moves the position between two samples by at most half of position_jump_um, and would still keep the
+/// position limits with twice the travel. Prints a note if the amplitude was reduced. `config` must have one
+/// axis. Throws RunError if no amplitude is small enough.
 controller::Excitation::Config with_margin(const config::Config& config, const twin::Config& twin,
                                            const controller::Excitation::Config& whole);
 
-/// Returns true if the position left its limits, which a smaller excitation may avoid.
+/// Returns true if the fault is a position beyond its limits or a position jump. A smaller excitation may
+/// avoid these faults.
 bool is_of_size(const controller::Fault& fault);
 
 }  // namespace hystcan::app

@@ -20,10 +20,11 @@ using identification::OrthonormalColumns;
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
 
-// The columns of the linear part; from `driven` on, one column for each input.
+// Columns of the linear equations for the amplitudes. The last columns, from `driven` on, belong to the
+// inputs.
 enum Column : Index { offset, drift, free_cosine, free_sine, driven };
 
-/// Returns the free unknowns.
+/// Returns the indices of the unknowns that are not fixed by the bounds.
 std::vector<Index> free_of(const ChainBox& box) {
   std::vector<Index> free;
   for (Index i = 0; i < ChainPoint::SizeAtCompileTime; ++i)
@@ -35,7 +36,7 @@ std::vector<Index> free_of(const ChainBox& box) {
 
 ChainRecord::ChainRecord(const identification::Dataset& record, const controller::Delays& stated)
     : dataset_(identification::sampled(record, identification::largest_delay_cycles)), stated_(stated) {
-  stated_.command_delay = {};  // the drive of a row is in effect from the time of the row
+  stated_.command_delay = {};  // in a record, the drive of a row is in effect from the time of the row
 }
 
 controller::Delays ChainRecord::delays(const ChainPoint& at) const {
@@ -50,7 +51,8 @@ controller::Delays ChainRecord::delays(const ChainPoint& at) const {
 
 MatrixXd ChainRecord::columns(const ChainPoint& point) const {
   controller::Delays chain = delays(point);
-  // delays() rounds the sensor's delay to whole nanoseconds, which would disturb derivatives.
+  // delays() rounds the sensor's delay to nanoseconds, which would disturb numerical derivatives. Therefore
+  // the exact pure delay is given to held_plant() instead.
   chain.sensor_delay = stated_.sensor_delay;
   const double pure_s = point[pure_share] * point[late_cycles] * dataset_.cycle_s;
   const auto plant = controller::held_plant(chain, dataset_.cycle_s, pure_s);

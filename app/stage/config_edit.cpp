@@ -18,7 +18,7 @@ namespace {
 
 using Values = std::map<std::string, std::string>;
 
-/// Returns the values by path.
+/// Returns the settings in [axis.control] of an axis: value by path of the key.
 Values values_of(const config::AxisConfig& axis) {
   Values values;
   config::control_text(axis, [&](const config::Key& key, bool /*is_required*/) {
@@ -30,7 +30,7 @@ Values values_of(const config::AxisConfig& axis) {
 
 std::string table_of(const std::string& path) { return path.substr(0, path.rfind('.')); }
 
-/// Returns a line for each table without any remaining key.
+/// Returns a line "# remove [TABLE]" for each table that has keys in `before` but none in `after`.
 std::string removals(const Values& before, const Values& after) {
   std::set<std::string> removed_tables;
   for (const auto& [path, value] : before) removed_tables.insert(table_of(path));

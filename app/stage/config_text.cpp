@@ -22,7 +22,7 @@ constexpr const char* heading =
     "#   hystcan {}\n"
     "#   hystcan controller FILE    ... and the controller\n\n";
 
-/// Builds the configuration of one axis, and the comments after its keys.
+/// Builds the configuration of one axis from the known facts, and the comments after its keys.
 class FirstAxis {
  public:
   FirstAxis(const AxisFacts& facts, double rate_Hz, std::string path,
@@ -47,8 +47,8 @@ class FirstAxis {
   }
 
  private:
-  /// Sets the comment after a key. With an empty comment, the key is written even if it is optional and has
-  /// its default.
+  /// Sets the comment after a key. A key with a remark is always written, even if it is optional and has its
+  /// default value; the comment may be empty.
   void remark(const config::Member& member, const std::string& comment = {}) {
     remarks_[path_ + path_of(axis_, member)] = comment;
   }
@@ -82,7 +82,7 @@ class FirstAxis {
     remark(axis_.control.enable_delay, "assumed: the frames do not report when the amplifier is on");
   }
 
-  /// Sets the limits for every drive and every position.
+  /// Sets the limits of drive and position that always hold, and the limits of the following error.
   void set_limits() {
     const double stroke = facts_.travel_um.span();
     controller::AxisConfig& control = axis_.control;
@@ -124,7 +124,7 @@ class FirstAxis {
     const auto at = [&](double share) {
       return rounded(facts_.travel_um.lo + share * facts_.travel_um.span(), 4);
     };
-    // The reference is slower if the resonance is below 200 Hz or the rate is below 500 Hz.
+    // Makes the reference slower if the resonance is below 200 Hz or the cycle rate is below 500 Hz.
     const double slowness = std::max({1.0, 200.0 / axis_.control.delays.resonance_Hz, 500.0 / rate_Hz_});
     controller::Staircase stairs{
         .levels_um = {}, .rise_s = rounded(0.05 * slowness, 2), .dwell_s = rounded(0.1 * slowness, 2)};
@@ -176,9 +176,8 @@ class FirstAxis {
   std::string path_;
   std::map<std::string, std::string>& remarks_;
   config::AxisConfig axis_;
-  double range_;       ///< range of the drive
-  double slew_per_s_;  ///< covers the whole range in some periods of the mode, but not in less than a few
-                       ///< cycles
+  double range_;       ///< width of the drive range
+  double slew_per_s_;  ///< crosses the drive range in 2.5 periods of the mode, but not in less than 5 cycles
 };
 
 }  // namespace

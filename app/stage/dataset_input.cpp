@@ -48,7 +48,7 @@ struct Cycle {
   bool sample_missing;
 };
 
-/// Finds the longest stretch; takes the cycles of an axis in order.
+/// Finds the longest driven stretch of an axis. Its cycles must be added in order of time.
 class LongestStretch {
  public:
   explicit LongestStretch(std::string name) : name_(std::move(name)) {}
@@ -57,7 +57,7 @@ class LongestStretch {
     const std::optional<Cycle> before = std::exchange(before_, cycle);
     if (!before || !before->is_driven || !cycle.is_driven || before->number + 1.0 != cycle.number)
       return end_stretch();
-    const bool follows_arming = transitions_++ == 0;  // the previous cycle commanded the safe drive
+    const bool follows_arming = transitions_++ == 0;  // in the cycle before, the drive was the safe drive
     const bool may_be_disabled = present_.size() == 0 && cycle.initialises && cycle.drive == before->drive;
     if (follows_arming || may_be_disabled) return;
     if (cycle.sample_missing)
@@ -107,18 +107,18 @@ class LongestStretch {
   std::string name_;
   std::optional<Cycle> before_;
   Dataset present_, longest_;
-  std::size_t transitions_ = 0;  ///< number of pairs of consecutive driven cycles in the present stretch
+  std::size_t transitions_ = 0;  ///< pairs of consecutive driven cycles in the current stretch
   std::size_t present_missing_ = 0, missing_ = 0;
   std::size_t stretches_ = 0;
 };
 
-/// Returns true for a folder or a CSV of cycles, false for a dataset.
+/// Returns true if the path is a recorded run (a folder or a CSV with cycles); false if it is a dataset.
 bool is_recorded_run(const std::filesystem::path& file) {
   std::error_code ignored;
   return std::filesystem::is_directory(file, ignored) || runs::has_cycles(file);
 }
 
-/// The name of a unit in a dataset, its option on the command line, and its default.
+/// How a unit is named in a dataset and on the command line, and its default.
 struct UnitOf {
   const char* name;
   const char* option;
@@ -154,7 +154,8 @@ void settle(std::string& unit, const std::string& stated_unit, const UnitOf& of,
   unit = can::dbc::to_utf8(unit);
 }
 
-/// Converts the output to the model's unit. Throws Error if that unit is of another quantity.
+/// Converts the output of a dataset to the unit of the model. Throws Error if one unit is a length and the
+/// other is not.
 void convert_output(Dataset& dataset, const std::string& unit, const std::filesystem::path& file) {
   const auto from_um = model::length_um(dataset.output_unit), to_um = model::length_um(unit);
   if (!from_um || !to_um)
@@ -175,7 +176,8 @@ Dataset load_csv(const std::filesystem::path& file, const DatasetInput& input) {
   return dataset;
 }
 
-/// Loads a run; refuses options for columns, rate and units, which a run already defines.
+/// Loads a recorded run. Throws Error if the user gives options for columns, sampling rate or scale, because
+/// a run defines these itself.
 Dataset load_run(const std::filesystem::path& run, const DatasetInput& input) {
   const config::DatasetLayout& layout = input.layout;
   if (!layout.columns.empty() || layout.rate_Hz || layout.output_scale || !layout.output_from.empty())

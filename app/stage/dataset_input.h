@@ -1,16 +1,16 @@
-// Measured datasets as input of the commands that identify: files and recorded runs, an interval of time,
-// units.
+// Loads measured datasets for the commands that identify: from files or from recorded runs, within a time
+// span, with units.
 //
-// A recorded run becomes a dataset of the cycles in which one axis is driven.
+// A recorded run becomes a dataset of the cycles in which one axis was driven.
 //
-//   time_s   time of SYNC(n), as in the run
+//   time_s   time of SYNC(n), as in the run; n is the number of the cycle
 //   input    drive of the command that answered SYNC(n-1): in effect from SYNC(n) until SYNC(n+1)
 //   output   position at SYNC(n)
 //
-// This timing equals that of controller/excitation_dataset.h, so a delay means the same for both. The memory
-// of the model depends on every drive. The dataset is therefore the longest stretch without an interruption:
-// the axis is initialising, ready or tracking, and no cycle is lost. It begins when the drive first moves,
-// because the amplifier may be disabled before. Cycles without a sample are left out.
+// controller/excitation_dataset.h has the same timing, so a delay means the same for both. The model's memory
+// depends on every drive, so the dataset must have no gap. It is therefore the longest stretch in which the
+// axis is initialising, ready or tracking and no cycle is lost. It begins when the drive first moves, because
+// the amplifier may be disabled before. Cycles without a sample are left out.
 #pragma once
 
 #include <filesystem>
@@ -29,51 +29,56 @@ class App;
 namespace hystcan::app {
 
 struct DatasetInput {
-  std::string axis;  ///< axis of recorded runs; empty: the only one
+  std::string axis;  ///< axis to read from recorded runs; empty: the run must have only one axis
   std::string input_unit, output_unit;
-  std::string model_output_unit;  ///< unit of length to which outputs are converted; empty: no conversion
-  config::DatasetLayout layout;   ///< includes --from and --to
+  std::string model_output_unit;  ///< length unit to which outputs are converted; empty: no conversion
+  config::DatasetLayout layout;   ///< how to read dataset files; includes --from and --to
 };
 
-/// Throws Error if the unit stated in the file (`# input_unit = "V"`) is not `expected`. An empty `file_unit`
-/// means that the file states no unit. `suffix` is appended to the message.
+/// Throws Error if the file states a unit (`# input_unit = "V"`) that is not `expected`. `name`: "input_unit"
+/// or "output_unit". `file_unit`: unit in the file; empty if the file states none. `suffix` is appended to
+/// the message.
 void require_unit(const std::filesystem::path& file, const char* name, const std::string& file_unit,
                   const std::string& expected, const char* suffix = "");
 
-/// Returns the time span from --from to --to. Throws Error if --from is after --to.
+/// Returns the time span of the options --from and --to; a missing option is infinite. Throws Error if --from
+/// is after --to.
 runs::TimeSpan span_of(const DatasetInput& input);
 
-/// Adds --columns and --output-scale.
+/// Adds the options --columns, --output-from and --output-scale.
 void add_column_options(CLI::App& command, config::DatasetLayout& layout);
-/// Adds --rate and the options of add_column_options().
+/// Adds the option --rate and the options of add_column_options().
 void add_layout_options(CLI::App& command, DatasetInput& input);
-/// Adds --from and --to.
+/// Adds the options --from and --to.
 void add_interval_options(CLI::App& command, DatasetInput& input);
-/// Adds all options above, --input-unit and --output-unit.
+/// Adds the options of the three functions above, --input-unit and --output-unit.
 void add_dataset_options(CLI::App& command, DatasetInput& input);
 
-/// Throws Error if an axis is named but no file is a recorded run; only runs have axes.
+/// Throws Error if the user names an axis but no file is a recorded run, because only runs have axes.
+/// `otherwise` is appended to the expected input in the message.
 void require_run_for_axis(const std::vector<std::filesystem::path>& files, const DatasetInput& input,
                           const char* otherwise = "");
 
-/// Opens a recorded run. Prints a note on standard error if a crash truncated the run. Throws Error if `run`
-/// is not a recorded run.
+/// Opens a recorded run. If a crash truncated it, prints a note on standard error. Throws Error if `run` is
+/// not a recorded run.
 runs::Run open_run(const std::filesystem::path& run);
 
-/// Loads the longest stretch of a recorded run and prints a note about it on standard error. `axis`: empty:
-/// the only one. Throws Error with the name of the run if it is not a run, if it has no such axis, if the
-/// axis is not driven in `span`, or if the stretch has more than config::most_dataset_rows rows.
+/// Loads the longest driven stretch of an axis from a recorded run, and prints a note about it on standard
+/// error. If `axis` is empty, the run must have only one axis. Throws Error if the path is not a run, if it
+/// has no such axis, if the axis is not driven in `span`, or if the stretch has more than
+/// config::most_dataset_rows rows.
 identification::Dataset load_run(const std::filesystem::path& run, const std::string& axis,
                                  const runs::TimeSpan& span);
 
-/// Loads a dataset. Prints a note on standard error if columns were chosen by a similar name, or if the last
-/// row was left out.
+/// Loads a dataset file. Prints a note on standard error if columns were detected by a similar name, or if
+/// the incomplete last row was left out.
 identification::Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout);
 
-/// Loads datasets; load_run() loads recorded runs. The unit is that of the dataset, else that of the option,
-/// else that of the model, else V or um with a note on standard error. Throws Error if --from is after --to,
-/// with the name of the file if no row is left, if dataset and option have different units, if the model's
-/// output is a length but the dataset's is not, or if the units of two files differ.
+/// Loads dataset files and recorded runs. The unit of a dataset is taken from its file, or else from the
+/// option, or else (for the output) from the model; if none states a unit, V or um is assumed with a note on
+/// standard error. Throws Error if --from is after --to, if a file has no rows in this span, if file and
+/// option state different units, if the model's output is a length but the dataset's is not, or if two files
+/// have different units.
 std::vector<identification::Dataset> load_datasets(const std::vector<std::filesystem::path>& files,
                                                    const DatasetInput& input);
 

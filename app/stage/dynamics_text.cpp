@@ -26,7 +26,7 @@ nlohmann::json to_json(const Estimate& estimate) {
           {"hi", estimate.hi}};
 }
 
-/// Describes how the delay is divided.
+/// Describes which part of the total delay is a lag and which part is a pure delay.
 std::string delay_shares(const IdentifiedPlant& plant) {
   if (plant.pure_s == 0.0)
     return ", as one sum: drive and position do not separate the amplifier's lag from the sensor's";
@@ -36,7 +36,8 @@ std::string delay_shares(const IdentifiedPlant& plant) {
       1e3 * plant.pure_s);
 }
 
-/// Returns a warning if the resonance is far from the stated one; otherwise an empty text.
+/// Returns a warning if identified and stated resonance differ by more than a factor of 1.5; otherwise an
+/// empty text.
 std::string far_from_stated(const IdentifiedPlant& plant, const controller::Delays& stated) {
   constexpr double far = 1.5;
   const double ratio = plant.delays.resonance_Hz / stated.resonance_Hz;

@@ -1,4 +1,4 @@
-// Formats an identified mode, a loop and a fragment of a configuration as text, TOML and JSON, for `tune`.
+// Formats identified dynamics, loops and gain rules as text, TOML and JSON, for `hystcan tune`.
 #pragma once
 
 #include <chrono>
@@ -14,32 +14,34 @@ namespace hystcan::app {
 
 double decibel(double gain);
 
-/// Returns a line with the padded `name` and the `value`.
+/// Returns one line of a report: `name`, padded to a fixed width, and `value`.
 std::string line(const std::string& name, const std::string& value);
-/// Returns lines with natural frequency, damping ratio, delay, gain, residual and chain, or with the reason
-/// why no mode is shown and its consequence. Warns if the resonance is far from the stated one.
+/// Describes identified dynamics in lines: natural frequency, damping ratio, delay, gain, residual and chain.
+/// If the record shows no mode, the lines give the reason and the consequence. A line warns if the resonance
+/// is far from the stated one.
 std::string describe(const IdentifiedPlant& plant, const controller::Delays& stated,
                      const std::string& input_unit, const std::string& output_unit);
 std::string describe(const controller::Margins& margins);
-/// Returns a text such as ", 2 cycles left out", or an empty one.
+/// Returns a text such as ", 2 cycles left out"; an empty text if the record has no gaps.
 std::string left_out_text(const IdentifiedPlant& plant);
-/// Returns frequency, depth and width, for example "220 Hz, 0.1, 0.35".
+/// Returns frequency, depth and width of a notch filter, for example "220 Hz, 0.1, 0.35".
 std::string describe(const controller::Notch::Config& notch);
-/// Returns lines that describe the rule for choosing the gains.
+/// Describe the rule with which the gains are chosen, in lines.
 std::string describe(const controller::SensitivityRule& rule);
 std::string describe(const controller::CautiousRule& rule);
 
-/// Returns the estimate of a delay, with its interval, increased by `s` seconds.
+/// Returns the estimate of a delay after `s` seconds were added to its value and its interval.
 identification::Estimate later(identification::Estimate delay_s, double s);
 
 double microseconds(std::chrono::nanoseconds duration);
 
-/// Rounds the value to `digits` significant digits.
+/// Rounds `value` to this number of significant digits.
 double rounded(double value, int digits = 5);
 
 nlohmann::json to_json(const controller::Margins& margins);
 nlohmann::json to_json(const std::optional<controller::Notch::Config>& notch);
-/// Returns the estimates by name, and the residual. The estimates of a mode that is not shown are null.
+/// Returns the identified values and the residual as JSON. If the record shows no mode, the values of the
+/// mode are null.
 nlohmann::json to_json(const IdentifiedPlant& plant);
 
 }  // namespace hystcan::app

@@ -21,8 +21,8 @@ using model::ReferenceCurve;
 
 constexpr double share_of_k = 20.0 / 3.0;
 
-/// Returns the curve a s^2 + b s + c, where s grows from 0 to 1 over the domain. With t from -1 to 1 instead,
-/// s = (1 + t) / 2 and s^2 = 3/8 + t/2 + T_2(t)/8 (T_2: Chebyshev polynomial).
+/// Returns the curve a s^2 + b s + c, where s grows from 0 to 1 over the domain. A Chebyshev basis uses t
+/// from -1 to 1 instead: s = (1 + t) / 2 and s^2 = 3/8 + t/2 + T_2(t)/8, with the Chebyshev polynomial T_2.
 ReferenceCurve parabola(double a, double b, double c, Interval domain) {
   return {Basis::chebyshev, {c + b / 2.0 + 3.0 * a / 8.0, b / 2.0 + a / 2.0, a / 8.0}, domain};
 }
@@ -32,8 +32,8 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Changes the curve by `share`. Polynomials: raises and lowers alternate coefficients, so that the shape
-/// changes too, as far as the curve keeps increasing.
+/// Changes a curve by `share`. A spline is scaled. In a polynomial, all coefficients grow; with
+/// `alternating`, every second one shrinks, so that the shape changes, too.
 ReferenceCurve off_by(const ReferenceCurve& curve, double share, bool alternating) {
   std::vector<double> c = curve.coefficients();
   for (std::size_t j = 1; j < c.size(); ++j) c[j] *= alternating && j % 2 == 0 ? 1.0 - share : 1.0 + share;
@@ -48,7 +48,7 @@ double farthest_apart(const ReferenceCurve& a, const ReferenceCurve& b) {
   return farthest;
 }
 
-/// Moves the curve towards `other`, by at most `distance`.
+/// Moves the curve towards `other` until it has moved by `distance` at the point where it moves most.
 ReferenceCurve moved(const ReferenceCurve& curve, const ReferenceCurve& other, double distance) {
   const double whole = farthest_apart(curve, other);
   if (!(whole > 0.0)) return curve;
@@ -58,10 +58,11 @@ ReferenceCurve moved(const ReferenceCurve& curve, const ReferenceCurve& other, d
   return curve.with(c);
 }
 
-/// Moves the ascending curve by `share` of half the range of outputs, and widens the loop by as much.
+/// Moves the ascending curve by `share` of half the output range, and makes the loop wider by the factor 1 +
+/// `share`.
 HysteresisParameters with_curves_off(const HysteresisParameters& given, double share, bool alternating) {
   HysteresisParameters p = given;
-  if (p.output_map) {  // the curves describe the input of the map, not the output
+  if (p.output_map) {  // the curves are inputs of the map, so the map is changed instead
     std::vector<double> map = p.output_map->coefficients();
     for (std::size_t j = 1; j < map.size(); ++j) map[j] *= 1.0 + share;
     p.output_map.emplace(map, p.output_map->inner());
@@ -80,7 +81,7 @@ HysteresisParameters with_curves_off(const HysteresisParameters& given, double s
   return p;
 }
 
-/// Multiplies k of this direction by `factor`, as far as every branch keeps increasing.
+/// Multiplies k_ascending or k_descending by `factor`, limited to the range in which every branch increases.
 void move_k(HysteresisParameters& p, Direction direction, double factor) {
   double& k = direction == Direction::ascending ? p.k_ascending : p.k_descending;
   if (const auto allowed = model::allowed_k(p, direction))
@@ -112,7 +113,8 @@ HysteresisParameters usual_loop(const AxisFacts& axis) {
   const Interval drive = p.input_range();
   const double stroke = axis.travel_um.span(), lowest = axis.travel_um.lo;
   p.ascending = parabola(0.2 * stroke, 0.8 * stroke, lowest, drive);
-  // The loop is wider by (1 - s) (0.05 + 0.35 s), with s from 0 to 1 over the range of the drive.
+  // The width of the loop is the stroke times (1 - s) (0.05 + 0.35 s); s goes from 0 to 1 over the drive
+  // range.
   p.descending = parabola((0.2 - 0.35) * stroke, (0.8 + 0.3) * stroke, lowest + 0.05 * stroke, drive);
   p.k_ascending = p.k_descending = 4.0 / drive.span();
   return p;

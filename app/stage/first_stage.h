@@ -1,4 +1,4 @@
-// The first files of a stage: a commented configuration and models, derived from the known facts.
+// Creates the first files of a stage from the known facts: a commented configuration and provisional models.
 #pragma once
 
 #include <optional>
@@ -10,28 +10,29 @@
 
 namespace hystcan::app {
 
-/// Returns the text of a configuration. Unknown values are derived from the stroke, the range of the drive
-/// and the resonance, and their comments state this. The reference covers 80 % of the travel; the integral
-/// gain is cautious for a mode with damping ratio zeta and angular frequency omega:
+/// Returns the text of a configuration. Values that nobody stated are derived from the stroke, the drive
+/// range and the resonance; their comments say so. The reference covers 80 % of the travel. The integral gain
+/// is cautious for a mode with damping ratio zeta and angular frequency omega:
 ///
 ///   ki = zeta omega / 2      a quarter of the gain at which an integrator makes a mode unstable
 std::string config_text(const StageFacts& facts);
 
-/// Returns the positions at which a run stops: 15 % of the travel beyond it.
+/// Returns the positions at which a run is stopped. They are 15 % of the travel beyond its ends.
 model::Interval position_limits_um(const model::Interval& travel_um);
 
-/// Returns a straight line through the travel: the controller's model until one is measured.
+/// Returns a model without hysteresis: a straight line through the travel. The controller uses it until a
+/// model was measured.
 model::HysteresisParameters straight_line(const AxisFacts& axis);
 
-/// Returns a loop with a width of 11 % of the travel, typical of piezo stacks: the twin's model until one is
-/// measured.
+/// Returns a model whose loop has a width of 11 % of the travel, typical of piezo stacks. The twin uses it
+/// until a model was measured.
 model::HysteresisParameters usual_loop(const AxisFacts& axis);
 
-/// Returns a deliberately inexact model, so that a rehearsal shows the effect of a wrong model: its outputs
-/// are off by at most `share` of half their range, and k_ascending and k_descending by 20/3 of `share`, as
-/// far as the model stays valid.
+/// Returns a deliberately inexact model for the twin, so that a rehearsal shows the effect of model errors.
+/// Its outputs differ by at most `share` of half their range. k_ascending and k_descending are larger by 20/3
+/// of `share`, limited to values with which the model is valid.
 model::HysteresisParameters not_quite(const model::HysteresisParameters& parameters, double share);
-/// Increases the creep by 20/3 of `share`, like k_ascending and k_descending, but at most to
+/// Returns creep that is larger by 20/3 of `share`, like k_ascending and k_descending above, but at most
 /// identification::most_creep_per_decade.
 std::optional<model::OutputCreep::Config> not_quite(std::optional<model::OutputCreep::Config> creep,
                                                     double share);

@@ -18,7 +18,8 @@ using Complex = std::complex<double>;
 
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
-/// Unwraps the phase along ascending frequencies: `phase` is that of the previous frequency.
+/// Returns the phase of `value` in degrees without jumps of 360 degrees. `phase`: the phase in radians at the
+/// next lower frequency; it is replaced by the new one.
 double next_degrees(double& phase, const Complex& value) {
   phase += std::arg(value / std::polar(1.0, phase));
   return degrees(phase);
@@ -31,15 +32,16 @@ controller::Delays without_commands(controller::Delays delays) {
 
 double angle(double frequency_Hz, double cycle_s) { return 2.0 * std::numbers::pi * frequency_Hz * cycle_s; }
 
-/// Returns the loop of a candidate with the identified plant.
+/// Returns the loop of a candidate, but with the identified plant instead of the candidate's delays.
 controller::LoopConfig loop_of(const TuningReport& report, const Candidate& of) {
   controller::LoopConfig loop = of.loop;
   loop.delays = report.plant.delays;
   return loop;
 }
 
-/// Computes the values at a frequency, and stores the phases of the previous one: the plant at the rate of
-/// the record, and the present and proposed loops at their rates.
+/// Computes the frequency responses of the identified plant (at the rate of the record) and of the present
+/// and the proposed loop (at the cycle rate). Must be called with increasing frequencies, because it stores
+/// the phases of the previous frequency.
 class Curves {
  public:
   explicit Curves(const TuningReport& of)
@@ -75,19 +77,19 @@ class Curves {
 
 double sensitivity(const Complex& loop) { return 1.0 / std::abs(1.0 + loop); }
 
-/// Returns the phase of a measured response, unwrapped near the model's phase.
+/// Returns the phase of a measured response in degrees. It is within 180 degrees of the model's phase.
 double phase_deg(const Complex& measured, const Curves::Values& v) {
   return v.model_deg + degrees(std::arg(measured / v.model));
 }
 
-/// Returns the computed values at a frequency, as the last fields of a row.
+/// Returns the last columns of a row: the computed responses at one frequency.
 std::string fields_of(const Curves::Values& v) {
   return fmt::format("{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g},{:.6g}\n", std::abs(v.model),
                      v.model_deg, std::abs(v.before), v.before_deg, std::abs(v.after), v.after_deg,
                      sensitivity(v.before), sensitivity(v.after));
 }
 
-/// Returns the rows between the measured frequencies, without measured values.
+/// Returns rows at frequencies at which nothing was measured; their columns for measured values are empty.
 std::string curves_of(const TuningReport& report) {
   std::string rows;
   Curves curves(report);

@@ -26,7 +26,7 @@ std::string number_cell(const std::string& text, bool best = false) {
   return fmt::format("<td class=\"number{}\">{}</td>", best ? " best" : "", escaped(text));
 }
 
-/// Returns a heading row: the first heading is above a text, the others are above numbers.
+/// Returns the heading row of a table. The first column contains text, the other columns contain numbers.
 std::string heading_row(const std::vector<std::string>& headings) {
   std::string row = "<tr>";
   for (std::size_t i = 0; i < headings.size(); ++i)
@@ -55,8 +55,8 @@ std::string left_out_of(const IdentificationReport& report) {
          "come from all records. Cycles beyond the inputs of the other records do not count.</p>\n";
 }
 
-/// Returns the table of structures that a search tried: shows which parts of a model lower the error of the
-/// held-out data. Empty if no data was held out.
+/// Returns a table of the model structures that the search tried. It shows which parts of a model lower the
+/// error of the held-out data. Empty if no data was held out.
 std::string structures_of(const IdentificationReport& report) {
   const Identified& identified = report.identified;
   const SearchResult& search = identified.search;
@@ -132,11 +132,11 @@ std::string findings_of(const IdentificationReport& report) {
   return list + "</ul>\n";
 }
 
-// The table of errors
+// The functions from here on write the table of errors.
 
 double percent(double error, const Comparison& comparison) { return 100.0 * error / comparison.output_span; }
 
-// Read errors in output units; `nullopt` if the row has none.
+// Returns one error of a row in output units; `nullopt` if the row does not have this error.
 using ReadError = std::optional<double> (*)(const ComparisonRow&);
 constexpr ReadError error_columns[] = {
     [](const ComparisonRow& row) { return std::optional(row.fit.rms); },
@@ -171,7 +171,7 @@ std::string table_of(const Comparison& comparison) {
   return table + "</table>\n";
 }
 
-/// Explains that the search judges a model by cross validation, the figure that the terminal shows.
+/// Returns a sentence about the cross-validated error, which is the error that `hystcan identify` prints.
 std::string cross_validated(const Identified& identified) {
   if (!identified.held_out_rms) return {};
   return fmt::format(
@@ -209,7 +209,7 @@ std::string comparison_of(const IdentificationReport& report) {
   return part;
 }
 
-// The model
+// The functions from here on describe the model.
 
 std::string memory_text(const InitialMemory& memory) {
   switch (memory.kind) {
@@ -295,7 +295,7 @@ std::string datasets_of(const IdentificationReport& report) {
   return part + ".</p>\n";
 }
 
-// Pictures and files
+// The functions from here on list pictures and files.
 
 std::string pictures_of(const std::filesystem::path& directory, const IdentificationReport& report) {
   std::string part;

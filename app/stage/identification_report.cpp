@@ -63,7 +63,7 @@ std::string curve_rows(const Identified& identified) {
   return rows;
 }
 
-// An empty line separates the rows of the map.
+// Returns the rows of landscape.csv. The plot needs an empty line where k_descending changes.
 std::string landscape_rows(const Landscape& map, const Identified& identified) {
   std::string rows = unit_lines(identified) + "k_ascending,k_descending,rms\n";
   for (std::size_t i = 0; i < map.k_descending.size(); ++i) {
@@ -97,7 +97,7 @@ void write_numbers(const std::filesystem::path& directory, const std::vector<Dat
   if (landscape) write_file(directory / "landscape.csv", landscape_rows(*landscape, identified));
 }
 
-/// Draws every picture whose data exist. Returns why one was not drawn.
+/// Draws all pictures of the report for which there are data. Returns the reason if a picture was not drawn.
 std::optional<std::string> draw_report(const std::filesystem::path& directory, std::size_t datasets,
                                        const Identified& identified, bool has_landscape) {
   const model::HysteresisParameters& p = identified.parameters;
@@ -126,7 +126,8 @@ std::optional<std::string> draw_report(const std::filesystem::path& directory, s
 
 constexpr int landscape_points = 21;
 
-/// Moves the files of a report, and removes files of an earlier report that this one does not have.
+/// Moves the files of the new report to the folder `to`. Removes files of an earlier report that the new
+/// report does not contain.
 void move_files(const std::filesystem::path& from, const std::filesystem::path& to) {
   for (const std::string& name : report_files()) {
     std::error_code error;
@@ -184,7 +185,8 @@ std::optional<std::string> write_report(const std::filesystem::path& directory, 
   report.comparison = identification::compare(report.datasets, report.identified, go_on);
   std::optional<identification::Landscape> map;
   if (go_on()) map = identification::landscape(report.datasets, report.identified, landscape_points);
-  const NewFolder whole(directory / "report.new");  // an earlier report stays until this one is complete
+  const NewFolder whole(directory / "report.new");  // temporary folder: an earlier report stays until the new
+                                                    // one is complete
   write_numbers(whole.path(), report.datasets, report.identified, report.comparison, map);
   report.undrawn = draw_report(whole.path(), report.datasets.size(), report.identified, map.has_value());
   write_file(whole.path() / "report.html", page_of(whole.path(), report));

@@ -1,10 +1,9 @@
-// The report of an identification: a folder with one page, its plots, the data of the plots, and the list of
-// the plots (pictures.h). Values are in output units unless they are percentages.
-//   residual = measured - model
+// Writes the report of an identification: a folder with an HTML page, its plots, the data of the plots as
+// CSV, and the list of the plots (pictures.h). Values are in output units unless they are percentages.
 //
-//   record.csv      time_s,input,output,predicted,residual,record
+//   record.csv      time_s,input,output,predicted,residual,record; residual = measured - model
 //   curves.csv      input,ascending,descending
-//   landscape.csv   k_ascending,k_descending,rms; an empty line follows each row of the map
+//   landscape.csv   k_ascending,k_descending,rms; an empty line where k_descending changes
 //   comparison.csv  model,parameters and the model's errors in percent of the output's span
 #pragma once
 
@@ -19,15 +18,15 @@
 
 namespace hystcan::app {
 
-/// Maximum number of rows in record.csv. If there are more samples, one row represents a group of samples: it
+/// Maximum number of rows in record.csv. If there are more samples, one row stands for a group of samples and
 /// contains the sample with the largest residual.
 inline constexpr std::size_t most_plotted = 20000;
 
-/// Returns how many samples one row of record.csv represents.
+/// Returns the number of samples for which one row of record.csv stands.
 std::size_t samples_per_row(const std::vector<identification::Dataset>& datasets);
 
 struct ReportPicture {
-  std::string name;  ///< the file is `name`.svg
+  std::string name;  ///< name of the file, without .svg
   std::string title;
   std::string explanation;
 };
@@ -35,29 +34,29 @@ const std::vector<ReportPicture>& report_pictures();
 
 struct IdentificationReport {
   const std::vector<identification::Dataset>& datasets;
-  std::vector<std::string> names;  ///< names of the datasets
+  std::vector<std::string> names;  ///< file names of the datasets
   const identification::Identified& identified;
-  std::vector<std::string> findings;  ///< observations and decisions, one sentence each
-  // Results of writing the report:
+  std::vector<std::string> findings;  ///< observations and decisions for the engineer, one sentence each
+  // write_report() sets the following members.
   identification::Comparison comparison{};
-  std::optional<std::string> undrawn{};  ///< why a plot is missing
+  std::optional<std::string> undrawn{};  ///< reason why a plot is missing; nullopt if all were drawn
 };
 
-/// Returns the observations and decisions of an identification as sentences for the engineer.
+/// Returns what the identification observed and decided, as sentences for the engineer.
 std::vector<std::string> findings(const std::vector<identification::Dataset>& datasets,
                                   const identification::Identified& identified);
 
-/// Returns the page of a report as HTML that needs only the plots in `directory`. The page lists missing
-/// plots.
+/// Returns the HTML page of a report. It needs no files except the plots in `directory`, and it names plots
+/// that are missing.
 std::string page_of(const std::filesystem::path& directory, const IdentificationReport& report);
 
-/// Returns the names of all files that a report may contain. Files of an earlier report are overwritten, or
-/// removed if the new report has no such file. Other files in the folder do not change.
+/// Returns the names of all files that a report can contain. A new report replaces or removes these files of
+/// an earlier report. It changes no other files in the folder.
 const std::vector<std::string>& report_files();
 
-/// Creates the folder, compares with the baselines (identification/baselines/comparison.h), which takes most
-/// of the time, and writes the report. An earlier report stays until the new one is complete. At a signal,
-/// writes the results so far, with a remark on the page. Returns the reason if a plot is missing.
+/// Creates the folder and writes the report. Most of the time is spent on the comparison with other models
+/// (identification/baselines/comparison.h). An earlier report stays until the new one is complete. After a
+/// signal, writes the results found so far, and the page says so. Returns the reason if a plot is missing.
 std::optional<std::string> write_report(const std::filesystem::path& directory, IdentificationReport report);
 
 }  // namespace hystcan::app

@@ -20,21 +20,23 @@ using identification::Estimate;
 using identification::SecondOrderFit;
 using Found = ChainRecord::Fit;
 
-constexpr double least_late = 1e-3, most_late = identification::largest_delay_cycles;  // cycles
-constexpr double stated_share = 0.1;  // maximum relative error of a stated resonance
+constexpr double least_late = 1e-3, most_late = identification::largest_delay_cycles;  // bounds of the fitted
+                                                                                       // delay, in cycles
+constexpr double stated_share = 0.1;  // a stated resonance is accurate to 10 %
 constexpr double most_damping_ratio = 5.0, least_damping_ratio = 1e-4;
 
 double interpolation_s(const controller::Delays& stated, double cycle_s) {
   return stated.interpolated ? 0.5 * cycle_s : 0.0;
 }
 
-/// Returns true if `a` is better than `b` by more than noise can explain.
+/// Returns true if fit `a` explains the record better than fit `b`, by more than noise can cause.
 bool is_better(const ChainRecord& record, const Found& a, const Found& b) {
   return b.sum_of_squares - a.sum_of_squares > record.confidence(a).as_good();
 }
 
-/// Returns true if the mode that is shown explains the record better than the stated one. Above half the rate
-/// it must be much better, because an image with another damping fits almost as well.
+/// Returns true if the record rules out the stated mode: the mode that the record shows explains it better.
+/// If the stated mode is above 0.45 of the rate, the shown mode must be much better, because the stated mode
+/// with another damping would appear almost the same in the samples.
 bool excludes(const ChainRecord& record, const Found& shown, const Found& as_stated,
               const controller::Delays& stated) {
   constexpr double beyond = 0.45, by_far = 0.5;
@@ -42,7 +44,7 @@ bool excludes(const ChainRecord& record, const Found& shown, const Found& as_sta
   return shown.sum_of_squares < share * as_stated.sum_of_squares && is_better(record, shown, as_stated);
 }
 
-/// Fixes the lag, in cycles, without changing the total delay, and fits the mode again.
+/// Fixes the lag to `lag` cycles and keeps the total of lag and pure delay. Fits the mode again.
 Found with_lag(const ChainRecord& record, const Found& found, double lag) {
   ChainPoint at = found.at;
   at[pure_share] = std::clamp(1.0 - lag / at[late_cycles], 0.0, found.box.max()[pure_share]);
@@ -56,8 +58,9 @@ Found with_lag(const ChainRecord& record, const Found& found, double lag) {
   return known;
 }
 
-/// Makes a part of the delay pure if that is significantly better; keeps the stated lag if the record does
-/// not determine it. A sensor with a stated delay has no additional one.
+/// Splits the total delay into lag and pure delay if that explains the record significantly better. If the
+/// record does not determine the lag, keeps the stated one. If the delay of the sensor is stated, there is no
+/// other pure delay.
 Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const controller::Delays& stated) {
   constexpr double most_share = 0.98, least_cycles = 0.05;
   if (stated.sensor_delay.count() > 0) return lag_alone;
@@ -65,8 +68,9 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   ChainBox box = lag_alone.box;
   box.min()[pure_share] = 0.0;
   box.max()[pure_share] = most_share;
-  // Near half the rate a delay resembles another frequency.
-  constexpr double far_from_half = 0.2;  // relative to the rate
+  // If the mode is near half the rate, a delay looks like a shift of its frequency. Then the search also
+  // starts at shifted frequencies.
+  constexpr double far_from_half = 0.2;  // as a share of the rate
   const double cycles = std::exp(lag_alone.at[log_frequency]) * record.cycle_s();
   const bool is_near_half = std::abs(cycles - 0.5) < far_from_half;
   for (const double moved : is_near_half ? std::vector{0.0, -0.07, 0.07} : std::vector{0.0})
@@ -83,9 +87,10 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   return is_better(record, best, as_stated) ? best : as_stated;
 }
 
-/// Finds the chain for a mode that is shown. `late` is the known delay, or the start of the search.
+/// Fits the chain near a mode that the record shows. `late`: lag and delay in cycles, from which the search
+/// starts; fixed if `lag_is_known`.
 Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double late, bool lag_is_known) {
-  constexpr double reach = 0.4;  // maximum distance from the mode in log f
+  constexpr double reach = 0.4;  // largest change of log(frequency) from the given mode
   const ChainPoint start{std::log(mode.natural_frequency_Hz.value), std::log(mode.damping_ratio.value), late,
                          0.0};
   ChainBox box{start, start};
@@ -100,7 +105,8 @@ Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double 
   return record.improved(start, box);
 }
 
-/// Returns the chain with the best of several delays, from which a search can start.
+/// Tries several delays with a fixed mode, log(frequency / Hz) and log(damping ratio), and returns the best
+/// one. A search with a free delay can start there.
 Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
   Found best{{}, std::numeric_limits<double>::infinity(), {}};
   for (const double late : {0.05, 0.15, 0.4, 1.0, 2.5}) {
@@ -113,17 +119,19 @@ Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
   return best;
 }
 
-/// Finds the chain for a mode that is not shown. Returns the stated mode, or a mode within its uncertainty
-/// that explains the record significantly better because the samples show its image.
+/// Fits the chain if the record shows no mode. Returns the stated mode. If the samples contain a trace of the
+/// mode (its image at a lower frequency), returns a mode within the stated accuracy that explains the record
+/// significantly better.
 Found around_stated(const ChainRecord& record, const controller::Delays& stated) {
-  constexpr double step = 0.02;  // relative to the rate
+  constexpr double step = 0.02;  // step of the frequency search, as a share of the rate
   constexpr double less_damping = 0.7,
-                   more_damping = 1.8;  // in its logarithm: most stages have more damping than assumed
+                   more_damping = 1.8;  // range of log(damping ratio); most stages have more damping than
+                                        // assumed
   const double log_f = std::log(stated.resonance_Hz),
                log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
   Found plain = with_any_delay(record, log_f, log_zeta);
   plain = record.improved(plain.at, plain.box);
-  const double half_Hz = 0.5 / record.cycle_s();  // a wider range only repeats the images in the samples
+  const double half_Hz = 0.5 / record.cycle_s();  // beyond half the rate, images in the samples repeat
   const double reach_Hz = std::min(stated_share * stated.resonance_Hz, half_Hz);
   const double step_Hz = std::min(step / record.cycle_s(), 0.25 * reach_Hz);
   const int count = 1 + static_cast<int>(2.0 * reach_Hz / step_Hz);
@@ -142,13 +150,14 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
     start.box.max()[log_damping] = log_zeta + more_damping;
     start = record.improved(start.at, start.box);
     const bool rings_endlessly =
-        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // such a mode fits only noise
+        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // a mode at the lowest damping fits
+                                                                      // only noise
     if (!rings_endlessly && start.sum_of_squares < best.sum_of_squares) best = start;
   }
   return is_better(record, best, plain) ? best : plain;
 }
 
-/// Scales the estimate and its intervals to `value`.
+/// Scales an estimate to the new `value`. Its error and its interval keep their relative size.
 Estimate scaled(Estimate estimate, double value) {
   const double factor = value / estimate.value;
   for (double* of : {&estimate.value, &estimate.standard_error, &estimate.lo, &estimate.hi}) *of *= factor;
@@ -160,7 +169,8 @@ controller::PlantUncertainty uncertainty_of(const SecondOrderFit& mode) {
           .damping_ratio = {mode.damping_ratio.lo, mode.damping_ratio.hi}};
 }
 
-/// Returns the uncertainty of a stated mode, which may be stiffer and have less damping.
+/// Returns the uncertainty if no mode is shown: the resonance is the stated one or any higher one, and the
+/// damping may be lower than stated.
 controller::PlantUncertainty uncertainty_of(const controller::Delays& stated,
                                             const controller::Delays& chain) {
   const auto [least, most] = std::minmax(stated.damping_ratio, chain.damping_ratio);
@@ -176,7 +186,7 @@ void find_mode(IdentifiedPlant& plant, const Dataset& record) {
   }
 }
 
-/// Returns true if the plant keeps the stated lag, because its own lag cannot be distinguished from zero.
+/// Returns true if the delay of the record may be zero. The plant then keeps the stated lag.
 bool keeps_lag(const IdentifiedPlant& plant) { return plant.mode && !(plant.late_s.lo > 0.0); }
 
 Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
@@ -188,7 +198,8 @@ Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controlle
   return keeps_lag(plant) ? found : with_pure_delay(chain, found, stated);
 }
 
-/// Refuses a mode that leaves less delay than the stated delay of the sensor.
+/// Returns `found`. Throws if the fitted mode leaves less delay than the stated delay of the sensor, because
+/// one of them must then be wrong.
 Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainRecord& chain,
                const controller::Delays& stated) {
   if (plant.late_s.hi < -0.1 * chain.cycle_s())
@@ -198,8 +209,8 @@ Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainReco
   return found;
 }
 
-/// Returns the best chain. A mode that the record shows counts only if it is the stated mode or excludes the
-/// stated mode.
+/// Returns the best chain for the record. A mode that the record shows is used only if it agrees with the
+/// stated mode, or if the record rules out the stated mode.
 Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
   Found found;
   if (plant.mode) {
@@ -216,7 +227,8 @@ Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller
   return as_stated;
 }
 
-/// Sets the intervals of a mode that is shown: those of the fit, scaled to the exact values.
+/// Sets the uncertainty if the record shows a mode. The intervals are those of the mode's fit, scaled to the
+/// values of the chain.
 void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
   plant.mode->natural_frequency_Hz = scaled(plant.mode->natural_frequency_Hz, exact.resonance_Hz);
   plant.mode->damping_ratio = scaled(plant.mode->damping_ratio, exact.damping_ratio);
@@ -226,7 +238,7 @@ void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
                                 plant.late_s.hi - plant.late_s.value + longer_s};
 }
 
-/// Sets the intervals if no mode is shown.
+/// Sets the uncertainty if the record shows no mode.
 void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found& found,
                    const controller::Delays& stated) {
   const double error_s = chain.confidence(found).standard_error[late_cycles] * chain.cycle_s(),
@@ -237,9 +249,10 @@ void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found
   plant.uncertainty.longer_s = {std::max(-reach_s, -late_s), reach_s};
 }
 
-/// Returns the standard error of an unknown when all others are free, even if they were fixed.
+/// Returns the standard error of an unknown if all other unknowns are free, even those that were fixed in the
+/// fit. The result is at most 1.
 double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unknown) {
-  constexpr double half_width = 0.1;  // any value: only the slopes at the point matter
+  constexpr double half_width = 0.1;  // any value is possible: only the derivatives at the fit matter
   Found all = found;
   all.box.min() = found.at.array() - half_width;
   all.box.max() = found.at.array() + half_width;
@@ -247,10 +260,10 @@ double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unkno
   return std::isfinite(error) ? std::min(error, 1.0) : 1.0;
 }
 
-/// Returns the relative error of the resonance of a mode that is not shown: from the stated uncertainty, or
-/// from the mode's image in the samples.
+/// Returns the relative error of the resonance if the record shows no mode. It is the error of a stated
+/// resonance, or a smaller one if the samples contain an image of the mode.
 double mode_error(const ChainRecord& chain, const Found& found) {
-  constexpr double image = 0.005;  // minimum, because another damping gives almost the same image
+  constexpr double image = 0.005;  // smallest error: another damping gives almost the same image
   const double cycles = std::exp(found.at[log_frequency]) * chain.cycle_s();
   if (found.box.min()[log_frequency] == found.box.max()[log_frequency] ||
       controller::rings_between_samples(cycles))

@@ -33,14 +33,14 @@ struct Role {
   Quantity quantity;
   const char* name;
   const char* what;
-  const char* own_option = nullptr;  ///< null: the option is --role PART.NAME
+  const char* own_option = nullptr;  ///< option for this role; null: --role PART.NAME
 
   std::string key() const { return fmt::format("{}.{}", word_of(part), name); }
   std::string option() const { return own_option != nullptr ? own_option : "--role " + key(); }
   bool is(std::string_view other) const { return name == other; }
 };
 
-/// All roles, in the order of the questions.
+/// All roles that a signal can have, in the order in which the user is asked about them.
 constexpr Role all_roles[] = {
     {FramePart::command, Quantity::drive, "setpoint", "Commanded drive", "--setpoint"},
     {FramePart::command, Quantity::number, "enable", "Switch that enables the amplifier", "--enable"},
@@ -60,11 +60,11 @@ constexpr Role all_roles[] = {
     {FramePart::status, Quantity::number, "crc", "CRC of a status"}};
 
 constexpr std::string_view states_key = "status.states";
-/// Word that is stated instead of a signal if the frames have no signal for a role.
+/// The user's answer if the frames have no signal for a role.
 constexpr std::string_view no_signal = "none";
 
-/// Parses a text such as 0/16/32/64,65: off, ready, enabled and fault. A list may be empty, except for ready
-/// and enabled.
+/// Parses a text such as 0/16/32/64,65: the raw values of the amplifier states off, ready, enabled and fault.
+/// The values of off and fault may be missing. Returns `nullopt` if the text is invalid.
 std::optional<can::StateValues> parsed_states(std::string_view text) {
   can::StateValues states{{}, {}, {}, {}};
   std::vector<std::int64_t>* const lists[] = {&states.off, &states.ready, &states.enabled, &states.fault};
@@ -81,14 +81,14 @@ std::optional<can::StateValues> parsed_states(std::string_view text) {
   return states;
 }
 
-/// Lists up to 12 signals.
+/// Returns the first 12 signals as text, and the number of the others.
 std::string list_of(const std::vector<std::string>& signals) {
   const std::size_t shown = std::min<std::size_t>(signals.size(), 12);
   return fmt::format("{}{}", fmt::join(std::span(signals).first(shown), ", "),
                      shown < signals.size() ? fmt::format(" and {} more", signals.size() - shown) : "");
 }
 
-/// Asks for the lab's frames of one axis.
+/// Asks the user which signals of the lab's DBC belong to one axis.
 class FrameQuestions {
  public:
   FrameQuestions(const StageFacts& stage, const can::Database& database, const StatedRoles& stated,
@@ -146,14 +146,16 @@ class FrameQuestions {
     if (role.is("state")) ask_for_states(map);
   }
 
-  /// Returns "V", "um", or an empty text for a pure number.
+  /// Returns the unit that a signal with this role must have: the drive's unit, "um", or an empty text for a
+  /// number.
   std::string unit_of(const Role& role) const {
     if (role.quantity == Quantity::number) return {};
     return role.quantity == Quantity::drive ? wire().drive_unit : "um";
   }
 
-  /// Returns the unused signals, such as "AmpSet.Volt [mV]", of the part's message. Before that message is
-  /// known, returns those of all messages that are not assigned to another part.
+  /// Returns the signals that may have this role, such as "AmpSet.Volt [mV]". If the message of this part
+  /// (command, sample or status) is known, only its unused signals are possible; otherwise the signals of all
+  /// messages that no other part uses.
   std::vector<std::string> candidates(const Role& role) {
     const MessageMap& map = map_of(role.part);
     std::vector<std::string> found;
@@ -170,7 +172,7 @@ class FrameQuestions {
     return found;
   }
 
-  /// Returns true if the signal is in every frame and its unit fits.
+  /// Returns true if the signal can have this role: every frame contains it, and its unit fits.
   bool may_have(const Role& role, const Signal& signal) const {
     if (!can::is_decodable(signal) || signal.multiplexing.present_at) return false;
     if (role.quantity == Quantity::number) return signal.unit.empty() || signal.length == 1;
@@ -197,7 +199,7 @@ class FrameQuestions {
     map.states = *parsed_states(answer);
   }
 
-  /// Moves counter and CRC from the roles to the protection of the message.
+  /// Moves the signals for counter and CRC from the list of signals to the integrity check of the message.
   void protect(FramePart part) {
     MessageMap& map = map_of(part);
     map.integrity = can::Integrity::none;
@@ -223,7 +225,7 @@ class FrameQuestions {
   std::array<MessageMap, words(FramePart{}).size()> maps_{};
 };
 
-/// Returns each prefix P for which PAmpCommand, PAmpStatus and PSensorSample exist.
+/// Returns each prefix P for which the database has the messages PAmpCommand, PAmpStatus and PSensorSample.
 std::vector<std::string> standard_prefixes(const can::Database& database) {
   std::vector<std::string> found;
   for (const Message& message : database.messages) {
@@ -237,7 +239,7 @@ std::vector<std::string> standard_prefixes(const can::Database& database) {
   return found;
 }
 
-/// Returns the node number from the identifier; 0 if the identifier does not contain one.
+/// Returns the CANopen node number in the message's identifier; 0 if the identifier contains none.
 std::uint8_t node_of(const Message& message) {
   const std::int64_t node = std::int64_t{message.id} - can::transmit_pdo_base;
   return message.extended || node < 1 || node > 127 ? std::uint8_t{0} : static_cast<std::uint8_t>(node);
@@ -255,7 +257,8 @@ void take_standard_frames(can::AxisWire& wire, const can::Database& database, co
   wire.sensor_node = node_of(*database.find(prefix + std::string(can::SensorSample::name)));
 }
 
-/// Returns the prefix that equals the axis's name, otherwise the next unused one.
+/// Returns the message prefix for an axis and removes it from `left`: the prefix that equals the axis's name,
+/// otherwise the first one.
 std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
   auto found = std::ranges::find_if(
       left, [&](const std::string& prefix) { return strcasecmp(prefix.c_str(), axis.c_str()) == 0; });
@@ -265,7 +268,8 @@ std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
   return prefix;
 }
 
-/// Returns true if the database has standard frames for the axes.
+/// If the database has standard frames, assigns them to the axes and returns true. Throws Error if it has
+/// frames for fewer axes.
 bool have_standard_frames(StageFacts& stage, const can::Database& database) {
   std::vector<std::string> prefixes = standard_prefixes(database);
   if (prefixes.empty()) return false;

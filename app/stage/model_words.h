@@ -1,4 +1,4 @@
-// Options for the order, curves and creep of a model that is to be identified.
+// Command-line options for the order, the curves and the creep of a model to be identified.
 #pragma once
 
 #include <string>
@@ -11,16 +11,16 @@ class App;
 
 namespace hystcan::app {
 
-/// The values of the options; "auto" lets the identification choose from the datasets.
+/// The values of the options as text. With "auto", the identification chooses from the datasets.
 struct ModelWords {
-  std::string order = "auto";   ///< degree of polynomials
-  std::string curves = "auto";  ///< auto, polynomial or spline
-  std::string creep = "auto";   ///< auto, none, or a share of the output per decade of time
+  std::string order = "auto";   ///< degree of the polynomial curves, or "auto"
+  std::string curves = "auto";  ///< "auto", "polynomial" or "spline"
+  std::string creep = "auto";   ///< "auto", "none", or creep per decade of time as a share of the output
 
   void apply_to(identification::IdentifyOptions& options) const;
 };
 
-/// `words` must outlive the command.
+/// Adds the options to `command`. Their values are stored in `words`, which must outlive `command`.
 void add_model_options(CLI::App& command, ModelWords& words);
 
 }  // namespace hystcan::app

@@ -13,8 +13,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Throws an error that names the deepest existing parent, which refused the new folder. `path`: as given by
-/// the user.
+/// Throws an error because the folder `path` cannot be created. The message names the deepest existing parent
+/// folder, in which the system refused it.
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
   std::error_code ignored;
   std::filesystem::path present = (path.has_filename() ? path : path.parent_path()).parent_path();
@@ -27,7 +27,8 @@ namespace {
                                    std::generic_category().message(error)));
 }
 
-/// Removes a trailing slash, which would make the folder its own parent.
+/// Returns the absolute path without a trailing slash. With the slash, parent_path() would be the folder
+/// itself.
 std::filesystem::path named(const std::filesystem::path& path) {
   const std::filesystem::path whole = std::filesystem::absolute(path).lexically_normal();
   return whole.has_filename() ? whole : whole.parent_path();
@@ -66,7 +67,7 @@ NewFolder::~NewFolder() {
 void NewFolder::commit() {
   const mode_t mask = umask(0);
   umask(mask);
-  std::error_code error;  // rename() replaces an empty folder of this name
+  std::error_code error;  // rename() also replaces an existing empty folder
   std::filesystem::permissions(temporary_, static_cast<std::filesystem::perms>(0777 & ~mask), error);
   std::filesystem::rename(temporary_, path_, error);
   if (error) fail(given_, error.value());

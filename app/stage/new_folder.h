@@ -1,4 +1,4 @@
-// A folder that is either complete or absent.
+// Creates a folder that appears only when it is complete.
 #pragma once
 
 #include <filesystem>
@@ -6,17 +6,18 @@
 
 namespace hystcan::app {
 
-/// Files are written to a temporary folder next to `path`; commit() renames it to `path`. Without commit()
-/// the temporary folder is removed.
+/// Creates a temporary folder next to `path`, for the files. commit() renames it to `path`. If commit() is
+/// not called, the destructor removes the temporary folder.
 class NewFolder {
  public:
-  /// Throws Error if a file or a folder with content has this name; RunError if the folder cannot be created.
+  /// Throws Error if `path` is a file or a folder with content. Throws RunError if the folder cannot be
+  /// created.
   explicit NewFolder(const std::filesystem::path& path);
   ~NewFolder();
   NewFolder(const NewFolder&) = delete;
   NewFolder& operator=(const NewFolder&) = delete;
 
-  /// Returns the path of the temporary folder.
+  /// Returns the path of the temporary folder until commit().
   const std::filesystem::path& path() const { return temporary_; }
   void commit();
 
@@ -24,7 +25,7 @@ class NewFolder {
   std::filesystem::path given_, path_, temporary_;
 };
 
-/// Throws Error if the path exists and is not an empty folder.
+/// Throws Error if `path` exists, unless it is an empty folder.
 void require_new(const std::filesystem::path& path);
 
 }  // namespace hystcan::app

@@ -1,4 +1,5 @@
-// Drives one axis by an excitation, on the bus or with the twin in virtual time, for `excite` and `tune`.
+// Drives one axis with an excitation in open loop, for `hystcan excite` and `hystcan tune`. The run is on the
+// bus, or with the twin in virtual time.
 #pragma once
 
 #include <filesystem>
@@ -21,45 +22,46 @@ namespace hystcan::app {
 
 struct OpenLoopOptions {
   std::filesystem::path config;
-  std::string axis;       ///< empty: the first axis
-  std::string interface;  ///< empty: the configured interface
+  std::string axis;       ///< name of the axis; empty: the first axis
+  std::string interface;  ///< CAN interface; empty: the configured one
   bool rehearse = false;
   bool clear_faults = false;
 };
 
-/// Adds --axis, --interface, --clear-faults and --rehearse.
+/// Adds the options --axis, --interface, --clear-faults and --rehearse.
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options);
 
-/// Longer than any start-up or ramp down: a run that takes longer would never end.
+/// Time limit in s for a start-up or a ramp down. It is longer than any of them, so that a run always ends.
 inline constexpr double patience_s = 60.0;
-/// Runs in virtual time until is_done(), `limit_s` or a signal, then until every axis is safe.
+/// Runs in virtual time until is_done() returns true, `limit_s` is over, or a signal arrives. Then continues
+/// until every axis is at its safe drive.
 void run_and_stop(rehearsal::Rehearsal& rehearsal, double limit_s, const std::function<bool()>& is_done);
 
-/// Returns the configuration with only the chosen axis; the other axes are not driven. The twin keeps all
-/// axes, as on a real bus.
+/// Returns a configuration that drives only the chosen axis. The amplifiers of the other axes stay at their
+/// safe drives. The twin must keep all axes, as on a real bus.
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options);
 
-/// Returns the configuration with the excitation as the drive of its one axis, instead of the reference.
-/// Throws std::invalid_argument if the gate would limit the drive.
+/// Returns the configuration of one axis with `excitation` as its drive, instead of a reference. Throws
+/// std::invalid_argument if the excitation exceeds the limits of the drive or of its slew rate.
 config::Config in_open_loop(config::Config config, const controller::Excitation::Config& excitation);
 
-/// The axis at the end of the run, and the closing lines about a real bus.
+/// The state of the axis at the end of the run. After a run on a real bus, also lines about the bus.
 struct OpenLoopEnd {
   controller::Axis axis;
   std::vector<std::string> closing{};
 
-  /// Throws RunError if the excitation did not finish; `afterwards` describes the output that remains.
+  /// Throws RunError if the excitation did not finish. `afterwards`: text that says what was written.
   void require_finished(const std::string& axis_name, const std::string& afterwards) const;
 };
 
-/// Runs the excitation of the one axis of `config` until it ends, or until a fault or a signal. Then the axis
-/// ramps to its safe drive and switches off. `on_record` receives every cycle record; on a real bus, another
-/// thread calls it.
+/// Drives the axis of `config` until the excitation ends, a fault occurs or a signal arrives. Then the axis
+/// ramps to its safe drive and switches off. `on_record` is called with every cycle record; on a real bus,
+/// another thread calls it.
 OpenLoopEnd drive_in_open_loop(const config::Config& config, const twin::Config& twin,
                                const OpenLoopOptions& options,
                                const std::function<void(const controller::CycleRecord&)>& on_record);
 
-/// Returns true if the axis follows its excitation and has a sample.
+/// Returns true if the axis follows the excitation and the controller received its position in this cycle.
 bool shows_position(const controller::AxisReport& report);
 
 }  // namespace hystcan::app

@@ -14,7 +14,8 @@
 namespace hystcan::app {
 namespace {
 
-/// `type`: text that the help shows after the type of the option.
+/// Returns a check that accepts a text if `is_sound` is true. `expected`: valid values, for the error
+/// message. `type`: addition to the option's type in the help.
 CLI::Validator expecting(std::string expected, auto is_sound, const char* type = "") {
   return {[expected = std::move(expected), is_sound](const std::string& text) {
             return is_sound(text) ? std::string() : fmt::format("{}, expected {}", text, expected);

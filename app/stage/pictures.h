@@ -1,4 +1,4 @@
-// Pictures that matplotlib draws from CSV files (python/hystcan/plot.py).
+// Draws pictures from CSV files with matplotlib (python/hystcan/plot.py).
 #pragma once
 
 #include <filesystem>
@@ -15,11 +15,11 @@ struct PictureSize {
   double height_mm = 100.0;
 };
 
-/// Returns the file extensions of pictures: svg, png, pdf.
+/// Returns the file extensions in which pictures can be drawn: svg, png, pdf.
 const std::vector<std::string>& picture_formats();
 
-/// A picture: a function of plot.py, its CSV files, and data that the files do not contain, such as a title.
-/// All files are in the folder of the list.
+/// A picture to draw. `kind` is the function in plot.py, `data` are its CSV files, and `facts` are values
+/// that the files do not contain, such as a title. All files are in the folder of the list of pictures.
 struct Picture {
   std::string kind;
   std::vector<std::string> data, to;
@@ -27,14 +27,14 @@ struct Picture {
   nlohmann::json facts = nlohmann::json::object();
 };
 
-/// Writes the list of pictures and draws them; `python3 -m hystcan.plot LIST` can draw them again. If
-/// pictures are missing, returns the reason and removes those of an earlier list. Throws RunError if the list
-/// cannot be written.
+/// Writes the list of pictures to the file `list` and draws the pictures. `python3 -m hystcan.plot LIST` can
+/// draw them again. If drawing fails, returns the reason and removes pictures that an earlier list left.
+/// Throws RunError if the list cannot be written.
 std::optional<std::string> draw_pictures(const std::filesystem::path& list,
                                          const std::vector<Picture>& pictures);
 
-/// Converts the text to a file name, or a part of one, that is valid in any folder and not hidden: it
-/// contains only A-Z, a-z, 0-9, '.', '-', '+' and '_', which replaces every other character.
+/// Converts a text to a valid file name that is not hidden. Each character that is not A-Z, a-z, 0-9, '.',
+/// '-' or '+' becomes '_'.
 std::string file_name_of(std::string_view text);
 
 }  // namespace hystcan::app

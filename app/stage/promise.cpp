@@ -25,21 +25,23 @@ namespace {
 using controller::LinearLoop;
 using identification::Misfit;
 
-/// Factors of squared errors.
+/// Factors for the squared parts of the error (see promise.h): misfit m, floor f, creep c. The next line
+/// limits the standard error of the sensor's share of a delay.
 constexpr double other_motion = 1.2, never_let_through = 0.08, extrapolated_creep = 0.006;
 constexpr double least_share_error = 0.03, most_share_error = 0.5;
-/// Standard deviations of logarithms: of the damping of a mode that no record shows, and of the parts of the
-/// error.
+/// Standard deviations of the logarithm of uncertain values: the damping of a mode that no record shows, and
+/// the parts x (exact), m (misfit), f (floor) and c (creep) of the error (see promise.h).
 constexpr double damping_spread = 0.2, exact_spread = 0.15, misfit_spread = 0.3, floor_spread = 0.5,
                  creep_spread = 0.35;
 
-/// Normal deviates: the centres of eleven equal shares of the probability.
+/// Values of a normal distribution with standard deviation 1: the centres of eleven intervals of equal
+/// probability.
 constexpr std::array deviates{-1.69, -1.10, -0.75, -0.47, -0.23, 0.0, 0.23, 0.47, 0.75, 1.10, 1.69};
 constexpr double deviate(std::size_t k) { return deviates[k % deviates.size()]; }
 
 double square(double x) { return x * x; }
 
-/// A rehearsal: provides the true errors, and the speed of the drives while the errors are judged.
+/// Rehearses a setup. Provides the true error of each axis, and the mean speed of its drive while it tracks.
 class Run {
  public:
   explicit Run(const rehearsal::Setup& setup)
@@ -52,7 +54,7 @@ class Run {
   std::string failure() const { return failure_of(outcome_.axes); }
   const rehearsal::Outcome& outcome() const { return outcome_; }
   double true_um(std::size_t i) const { return outcome_.true_errors[i].total().rms_um(); }
-  /// Returns the speed of the drive in drive units per second.
+  /// Returns the mean speed of the drive of axis i in drive units per second.
   double speed(std::size_t i) const {
     return moved_[i].cycles > 0 ? moved_[i].distance / (static_cast<double>(moved_[i].cycles) * cycle_s_)
                                 : 0.0;
@@ -78,7 +80,8 @@ class Run {
   rehearsal::Outcome outcome_;
 };
 
-/// Calls `change` with the twin's part of each axis of the controller.
+/// Calls `change(i, stage)` for each axis i of the controller, with the twin's configuration of the same
+/// axis.
 template <class Change>
 rehearsal::Setup changed(rehearsal::Setup setup, const Change& change) {
   for (std::size_t i = 0; i < setup.controller.axes.size(); ++i)
@@ -96,7 +99,8 @@ rehearsal::Setup with_exact_models(const rehearsal::Setup& setup) {
   });
 }
 
-/// Computes |S| at a frequency; 1 without feedback, and above half the rate.
+/// Computes the magnitude |S| of the loop's sensitivity at a frequency. It is 1 without feedback and above
+/// half the rate.
 class Sensitivity {
  public:
   explicit Sensitivity(const controller::AxisConfig& axis, double cycle_s)
@@ -116,16 +120,17 @@ class Sensitivity {
   controller::PiGains gains_{};
 };
 
-/// Parts of the squared error, um^2.
+/// The parts of the squared error in um^2 (see promise.h).
 struct Parts {
-  std::vector<double> exact{};  ///< x^2, one for each sample of the unknown values
+  std::vector<double> exact{};  ///< one value of x^2 for each rehearsal with other unknown values
   double misfit = 0.0, floor = 0.0, creep = 0.0;
 };
 
-/// Adds the misfit, without the octaves around the resonance, because the rehearsal includes the mode.
+/// Adds the misfit in the octaves below half the resonance to the error. Faster octaves contain the mode,
+/// which the rehearsal already includes. `speed`: speed of the drive in drive units per second.
 void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivity, double speed,
                 double resonance_Hz) {
-  constexpr double ringing = 0.5;  // relative to the resonance
+  constexpr double ringing = 0.5;  // as a share of the resonance
   for (std::size_t i = 0; i < misfit.rms.size(); ++i) {
     if (misfit.middle(i) * misfit.speed > ringing * resonance_Hz) break;
     parts.misfit += other_motion * square(sensitivity(misfit.middle(i) * speed) * misfit.rms[i]);
@@ -133,8 +138,8 @@ void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivi
   }
 }
 
-/// Returns equally probable values of the squared error, sorted. For any two parts, all combinations of their
-/// deviates occur (an orthogonal array).
+/// Returns equally probable values of the squared error, sorted. The deviates of the parts are combined such
+/// that every pair of values occurs for any two parts (an orthogonal array).
 std::vector<double> distribution_of(const Parts& parts) {
   std::vector<double> squares;
   const auto times = [](double square_um, double spread, std::size_t k) {
@@ -150,7 +155,7 @@ std::vector<double> distribution_of(const Parts& parts) {
   return squares;
 }
 
-/// Formats a value with two digits, including a trailing zero: 0.40, 1.1, 12.
+/// Formats a value with two significant digits, including a trailing zero: 0.40, 1.1, 12.
 std::string two_digits(double value) {
   if (!(value > 0.0) || !std::isfinite(value)) return fmt::format("{:g}", value);
   const double shown = rounded(value, 2);
@@ -161,7 +166,8 @@ bool is_uncertain(const Uncertainty& uncertainty) {
   return uncertainty.mode_error > 0.0 || uncertainty.unshared_s > 0.0;
 }
 
-/// Sets the unknown values of the stage to those of sample k.
+/// Changes the unknown dynamics of a stage to sample k of eleven: resonance, damping, and the sensor's share
+/// of the delay.
 void move(twin::AxisConfig& stage, const Uncertainty& uncertainty, std::size_t k) {
   if (uncertainty.mode_error > 0.0) {
     stage.plant.mode.natural_frequency_Hz *= 1.0 + uncertainty.mode_error * deviate(k);
@@ -171,13 +177,13 @@ void move(twin::AxisConfig& stage, const Uncertainty& uncertainty, std::size_t k
   constexpr double without_lag_Hz = 1e5;
   const double error = std::clamp(uncertainty.share_error, least_share_error, most_share_error),
                off = std::abs(uncertainty.sensor_share + error * deviate(3 * k + 5)),
-               share = off > 1.0 ? 2.0 - off : off,  // reflected into 0 to 1
+               share = off > 1.0 ? 2.0 - off : off,  // a value above 1 is reflected into 0 to 1
       lag_s = (1.0 - share) * uncertainty.unshared_s;
   stage.sensor.delay = std::chrono::nanoseconds(std::llround(1e9 * share * uncertainty.unshared_s));
   stage.plant.amplifier.bandwidth_Hz = std::min(without_lag_Hz, 1.0 / (2.0 * std::numbers::pi * lag_s));
 }
 
-/// Collects the parts of the error of each axis.
+/// Collects the parts of each axis's error and combines them into promises.
 class Promises {
  public:
   Promises(const rehearsal::Setup& setup, const std::vector<PromiseBasis>& bases)
@@ -198,7 +204,8 @@ class Promises {
   }
 
  private:
-  /// Returns the rehearsal with the exact model if it tracks, otherwise the configured one.
+  /// Returns the rehearsal with an actuator that equals the model. If it does not track, returns the
+  /// rehearsal with the configured twin.
   const Run& base() const { return exact_.ended_well() ? exact_ : configured_; }
 
   void add_actuator(std::size_t i) {
@@ -219,7 +226,7 @@ class Promises {
         square(axis.law.creep->per_decade * base().outcome().axes[i].stroke_um * sensitivity(fundamental_Hz));
   }
 
-  /// Rehearses samples of the modes and of the sensor's shares together.
+  /// Rehearses eleven samples of the unknown dynamics. Each sample has another mode and another sensor share.
   void add_samples() {
     if (std::ranges::none_of(bases_, [](const PromiseBasis& of) { return is_uncertain(of.uncertainty); }))
       return;

@@ -23,7 +23,8 @@ std::string without_spaces_around(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
 }
 
-/// Detects a text such as "1,234": the comma may be a decimal comma or a thousands separator.
+/// Returns true for a text such as "1,234", in which the comma may be a decimal comma or a thousands
+/// separator.
 bool has_ambiguous_comma(std::string_view text) {
   const std::size_t comma = text.find(',');
   if (comma == std::string_view::npos) return false;
@@ -31,7 +32,7 @@ bool has_ambiguous_comma(std::string_view text) {
   return std::min(end, text.size()) - comma - 1 == 3;
 }
 
-/// Parses "60.5", "60,5", "60 um", or "0.31 kHz" if the unit is Hz.
+/// Parses a number with an optional unit: "60.5", "60,5", "60 um", or "0.31 kHz" if `unit` is Hz.
 std::optional<double> parsed(std::string text, const std::string& unit) {
   if (has_ambiguous_comma(text)) return std::nullopt;
   if (text.find('.') == std::string::npos && std::ranges::count(text, ',') == 1)

@@ -1,4 +1,5 @@
-// Asks on a terminal, one question at a time, for facts that a command needs and its options do not contain.
+// Asks the user on a terminal for facts that a command needs and that its options do not state. One question
+// is asked at a time.
 #pragma once
 
 #include <fmt/format.h>
@@ -15,20 +16,20 @@
 namespace hystcan::app {
 
 struct Question {
-  std::string option;  ///< option with the same effect as the answer, "--drive-max"
-  std::string what;    ///< subject of the question, "Highest drive"
-  std::string unit;    ///< empty: no unit
-  std::string why;     ///< reason for the question, one sentence
+  std::string option;  ///< option that states the same fact, for example "--drive-max"
+  std::string what;    ///< subject of the question, for example "Highest drive"
+  std::string unit;    ///< unit of the answer; empty: no unit
+  std::string why;     ///< one sentence that helps to answer
 };
 
-/// Returns `nullopt` if the answer is valid, otherwise the formatted problem.
+/// Returns `nullopt` if `is_sound` is true, otherwise the formatted description of the problem.
 template <class... Args>
 std::optional<std::string> unless(bool is_sound, fmt::format_string<Args...> format, Args&&... args) {
   return is_sound ? std::nullopt : std::optional(fmt::format(format, std::forward<Args>(args)...));
 }
 
-/// Returns the value for axis i of an option that has one value for all axes or one for each; `nullopt` if
-/// the option has none.
+/// Returns the value of an option for axis i; `nullopt` if the option has no values. The option may have one
+/// value, which then applies to all axes, or one value for each axis.
 template <class Value>
 std::optional<Value> of_axis(const char* option, const std::vector<Value>& values, std::size_t i,
                              std::size_t axes) {
@@ -41,45 +42,49 @@ std::optional<Value> of_axis(const char* option, const std::vector<Value>& value
 
 class Questions {
  public:
-  /// Thrown if the answer was `<`. The caller starts again; the answers before the last one are reused.
+  /// Thrown if the user answers `<`, to go back one question. The caller must start again with begin(). The
+  /// earlier answers are then reused without a question.
   struct StepBack {};
 
-  /// Returns one line that describes the problem with an answer; `nullopt` if the answer is accepted.
+  /// A function that checks an answer. It returns one line that describes the problem; `nullopt` accepts the
+  /// answer.
   template <class T>
   using Check = std::function<std::optional<std::string>(const T&)>;
 
-  /// `asks`: true reads answers from `in` and shows questions on standard error; false takes the defaults.
+  /// `asks`: if true, shows questions on standard error and reads answers from `in`; if false, uses the
+  /// defaults.
   Questions(std::istream& in, bool asks) : in_(in), asks_(asks) {}
 
-  /// Starts again with the first question; questions with an accepted answer are not shown again.
+  /// Starts again with the first question. Questions that already have an accepted answer are not shown.
   void begin();
 
-  /// Returns `stated`, or the answer. If `check` refuses a stated value, throws an error that names the
-  /// option. Returns NaN, or an empty text, if nothing is known; require_all() then throws.
+  /// Returns `stated` if it has a value, otherwise the user's answer or the default `usual`. Throws an error
+  /// that names the option if `check` refuses a stated value. If there is no value at all, returns NaN or an
+  /// empty text, and require_all() will throw.
   double number(const Question& question, const std::optional<double>& stated,
                 const std::optional<double>& usual, const Check<double>& check = {});
   std::string text(const Question& question, const std::optional<std::string>& stated,
                    const std::optional<std::string>& usual, const Check<std::string>& check = {});
 
-  /// Throws Error with all options that have no default and were neither stated nor asked.
+  /// Throws Error with the names of all options that were neither stated nor answered and have no default.
   void require_all() const;
 
   int asked() const { return asked_; }
 
  private:
-  /// Stores the answer to the present question and proceeds to the next one.
+  /// Stores the answer to the current question and goes on to the next one.
   void accept(const std::string& line);
   void object(const std::string& problem);
-  /// Returns the line that was typed; `nullopt` if no question is asked. Throws RunError at the end of the
-  /// input.
+  /// Shows the question and returns the line that the user types; `nullopt` if no questions are to be asked.
+  /// Throws RunError if the input ends.
   std::optional<std::string> answer(const Question& question, const std::string& usual);
 
   std::istream& in_;
   bool asks_;
   int asked_ = 0;
   std::vector<std::string> missing_;
-  std::vector<std::string> accepted_;  ///< answers in the order of their questions
-  std::size_t next_ = 0;               ///< index of the next question in `accepted_`
+  std::vector<std::string> accepted_;  ///< accepted answers in the order of their questions
+  std::size_t next_ = 0;               ///< index of the current question in `accepted_`
 };
 
 }  // namespace hystcan::app

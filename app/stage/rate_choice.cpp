@@ -19,12 +19,12 @@ namespace {
 constexpr std::array every_rate_Hz{100.0,  125.0,  160.0,  200.0,  250.0,  315.0,  400.0,
                                    500.0,  625.0,  800.0,  1000.0, 1250.0, 1600.0, 2000.0,
                                    2500.0, 3150.0, 4000.0, 5000.0, 6250.0, 8000.0, 10'000.0};
-constexpr double farthest = 1.6;   // largest factor from the present rate
-constexpr double worth_it = 0.75;  // maximum promised error, relative to the present promise
+constexpr double farthest = 1.6;   // rates differ from the present rate at most by this factor
+constexpr double worth_it = 0.75;  // largest promised error, as a share of the present one
 constexpr double nearly_as_good = 1.1;
-constexpr std::size_t most_rehearsed = 2;  // candidates with the lowest floor
+constexpr std::size_t most_rehearsed = 2;  // number of rates that are rehearsed: those with the lowest floor
 
-/// Returns the mean square of the promises, in strokes.
+/// Returns the mean square of the promised errors of all axes, in percent of the stroke.
 double score(const std::vector<Promise>& promises) {
   if (promises.empty()) return std::numeric_limits<double>::infinity();
   double sum = 0.0;
@@ -32,7 +32,8 @@ double score(const std::vector<Promise>& promises) {
   return sum / static_cast<double>(promises.size());
 }
 
-/// Returns the mean square of the error that no setpoints can avoid, in strokes.
+/// Returns the sum, over all axes and segments, of the squared error that no setpoints can avoid. Each error
+/// is a share of the stroke.
 double floor_of(const config::Config& config) {
   double sum = 0.0;
   for (const config::AxisConfig& axis : config.axes) {
@@ -57,7 +58,7 @@ std::vector<double> rates_to_try(const config::Config& config) {
   other.controller.rate_Hz = std::min(farthest * present_Hz, config::rate_max_Hz);
   const double fastest_Hz = config::fastest_rate_Hz(other), present_floor = floor_of(config);
   std::vector<RateFloor> floors;
-  std::optional<RateFloor> fastest;  // fastest rate with a similar floor: the loop itself may improve
+  std::optional<RateFloor> fastest;  // fastest rate with a similar floor, at which the loop may be better
   for (const double rate_Hz : every_rate_Hz) {
     if (rate_Hz > fastest_Hz || rate_Hz < present_Hz / farthest || rate_Hz == present_Hz) continue;
     other.controller.rate_Hz = rate_Hz;
@@ -95,7 +96,7 @@ std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, const std::vec
   for (const double rate_Hz : rates_Hz) {
     try {
       offers.push_back({rate_Hz, promises_with_best_feed_forward(at_rate(rate_Hz))});
-    } catch (const Error&) {  // a file or a setpoint is not valid at this rate
+    } catch (const Error&) {  // at this rate, a file or a setpoint is not valid
       continue;
     }
   }

@@ -1,5 +1,5 @@
-// Describes in sentences the parts of a measured record that the stage cannot have caused: drop-outs and
-// glitches, a saturated sensor, and a record that is given twice (identification/suspect_rows.h).
+// Finds data in a measured record that the stage cannot have caused, and describes them in sentences:
+// drop-outs, glitches, a saturated sensor, and a record that is given twice (identification/suspect_rows.h).
 #pragma once
 
 #include <filesystem>
@@ -11,21 +11,21 @@
 namespace hystcan::app {
 
 struct RecordWarning {
-  std::string fact;  ///< includes the file, value, row and time, or the number of rows
+  std::string fact;  ///< what was found: file, value, row and time, or the number of rows
   std::string consequence;
 
   std::string text() const { return fact + "; " + consequence; }
 };
 
-/// Removes drop-outs and glitches from the dataset. Returns a warning about them, and one for each end of the
-/// sensor's range. Row numbers count from the first row between --from and --to.
+/// Removes drop-outs and glitches from the dataset. Returns a warning about them, and a warning for each end
+/// of the sensor's range at which it was saturated. Row 1 is the first row of the dataset, after --from.
 std::vector<RecordWarning> leave_out_suspects(const std::filesystem::path& file,
                                               identification::Dataset& dataset);
 
-/// Throws Error if the rows of a dataset equal those of another one, or a part of them.
+/// Throws Error if a dataset has the same rows as another dataset, or as a part of it.
 void refuse_same_rows(const std::filesystem::path& file, const identification::Dataset& dataset,
                       const std::filesystem::path& other_file, const identification::Dataset& other);
-/// Throws Error if any two datasets have the same rows.
+/// Throws Error if two of the datasets have the same rows.
 void refuse_same_rows(const std::vector<std::filesystem::path>& files,
                       const std::vector<identification::Dataset>& datasets);
 

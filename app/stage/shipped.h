@@ -1,4 +1,4 @@
-// The configurations that are shipped with the program.
+// Finds the example configurations that are shipped with the program.
 #pragma once
 
 #include <filesystem>
@@ -7,10 +7,11 @@
 
 namespace hystcan::app {
 
-/// Returns the path of a shipped file, in the installation or in the source tree.
+/// Returns the path of a shipped file in the installation, or in the source tree if the program is not
+/// installed.
 std::filesystem::path shipped_file(const std::string& name);
 
-/// Returns the names of the configurations, without .toml, in alphabetical order.
+/// Returns the names of the shipped configurations, without .toml, in alphabetical order.
 std::vector<std::string> shipped_configurations();
 
 }  // namespace hystcan::app

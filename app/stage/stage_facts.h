@@ -1,4 +1,4 @@
-// The known facts about a stage before the program has measured it.
+// The facts that are known about a stage before the program measures it.
 #pragma once
 
 #include <vector>
@@ -9,18 +9,18 @@
 namespace hystcan::app {
 
 struct AxisFacts {
-  /// Contains the known values: name, unit, drives, mode, sensor's delay and noise, nodes, frames, model
-  /// files.
+  /// Contains the known values: names, unit, drive limits, mode, delay and noise of the sensor, node numbers,
+  /// frames and model files. All other values are defaults.
   config::AxisConfig config{};
-  model::Interval travel_um{};      ///< positions at the ends of the range of the drive
-  bool mode_is_measured = false;    ///< resonance and damping were identified from a step
-  bool damping_is_assumed = false;  ///< neither stated nor measured
+  model::Interval travel_um{};      ///< positions at both ends of the drive range
+  bool mode_is_measured = false;    ///< true if a step record determined resonance and damping
+  bool damping_is_assumed = false;  ///< true if the damping is neither stated nor measured
 };
 
 struct StageFacts {
-  config::Config config{};  ///< interface, rate, and the present path of the DBC; no axes
+  config::Config config{};  ///< interface, rate and path of the DBC; contains no axes
   std::vector<AxisFacts> axes{};
-  bool rate_is_assumed = false;  ///< the rate is not stated
+  bool rate_is_assumed = false;  ///< true if the user did not state the rate
 };
 
 }  // namespace hystcan::app

@@ -42,10 +42,10 @@ void copy_into(const std::filesystem::path& file, const std::filesystem::path& f
   if (error) throw RunError(file, fmt::format("cannot be copied: {}", error.message()));
 }
 
-/// Replaces the temporary folder in error messages by the final one.
+/// Runs `body`. In its errors, replaces the path of the temporary folder by the final path.
 template <class Body>
 void naming(const std::filesystem::path& folder, const std::filesystem::path& temporary, const Body& body) {
-  const std::string from = temporary.string();  // copied now, because the folder may be renamed in `body`
+  const std::string from = temporary.string();  // copied first, because `body` may rename the folder
   try {
     body();
   } catch (PlacedError& error) {
@@ -54,7 +54,7 @@ void naming(const std::filesystem::path& folder, const std::filesystem::path& te
   }
 }
 
-/// New files of a folder. Without keep() they are removed.
+/// Names of new files in a folder. The destructor removes these files unless keep() was called.
 class NewFiles {
  public:
   NewFiles(std::filesystem::path folder, std::vector<std::string> names)
@@ -82,7 +82,7 @@ class NewFiles {
   bool kept_ = false;
 };
 
-/// Prints the warnings of `hystcan check`.
+/// Prints the same warnings as `hystcan check`.
 void print_findings(const config::Config& config) {
   for (const config::AxisConfig& axis : config.axes) {
     for (const auto findings : {config::findings_of_loop, config::findings_of_rate})
@@ -110,7 +110,7 @@ void print_promises(const std::vector<Promise>& promises) {
   flush_output();
 }
 
-/// Rehearses the same stage with the faster loops, in a second configuration.
+/// Writes a second configuration with the faster loops, rehearses it and prints its promises.
 void rehearse_fast(const Stage& stage, const std::vector<TuningReport>& tuned) {
   const std::filesystem::path file = stage.file().parent_path() / fast_config;
   Stage fast(file, stage.text());
@@ -130,7 +130,7 @@ void rehearse_fast(const Stage& stage, const std::vector<TuningReport>& tuned) {
 
 using Plants = std::vector<std::optional<IdentifiedPlant>>;
 
-/// Returns the plants of all axes, with the stated delays of the stage.
+/// Identifies the dynamics of every axis from its step record, if it has one.
 Plants shown_plants(const Stage& stage, const std::vector<AxisRecords>& records) {
   Plants plants;
   plants.reserve(records.size());
@@ -139,21 +139,21 @@ Plants shown_plants(const Stage& stage, const std::vector<AxisRecords>& records)
   return plants;
 }
 
-/// Tunes the loop of every axis, then rehearses all axes together.
+/// Tunes the loop of every axis, writes the configuration, then rehearses all axes together.
 void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records, const Plants& plants) {
   std::vector<TuningReport> tuned;
   tuned.reserve(records.size());
   for (std::size_t i = 0; i < records.size(); ++i)
     tuned.push_back(tune_axis(stage, i, records[i], plants[i]));
   const std::string text = stage.text();
-  const config::Config config = config::load_text(stage.file(), text);  // validated by load_text
+  const config::Config config = config::load_text(stage.file(), text);  // throws if it is invalid
   write_file(stage.file(), text);
   print_findings(config);
   print_promises(rehearsal_of(config, tuned, loop_names(tuned)));
   if (std::ranges::any_of(tuned, faster_of)) rehearse_fast(stage, tuned);
 }
 
-/// Keeps the files if only a rehearsal ends with a fault: `hystcan demo` can then show the fault.
+/// Tunes and rehearses. If a rehearsal fails, keeps the files: `hystcan demo` can then show the fault.
 template <class Keep>
 void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std::vector<AxisRecords>& records,
                    const Plants& plants, const Keep& keep) {
@@ -170,12 +170,12 @@ void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std:
   }
 }
 
-/// Returns the command that provides the nodes: `node` for a card, otherwise `twin`.
+/// Returns the command that runs the nodes of the stage: `node` for an analogue card, otherwise `twin`.
 std::string_view nodes_of(const config::Config& config) {
   return config.axes.front().analogue ? "node" : "twin";
 }
 
-/// `made`: the present path of the folder, which may still be the temporary one.
+/// Prints the next commands. `made`: current path of the folder; before commit() it is the temporary one.
 void print_ready(const std::filesystem::path& made, const std::filesystem::path& folder,
                  std::string_view nodes) {
   const std::string file = shell_word(folder / stage_config), fast = shell_word(folder / fast_config);
@@ -190,7 +190,7 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
                       fast));
 }
 
-/// Prints the positions that the sensor node must send, for records that hystcan did not measure on the bus.
+/// Prints, for records from another program, the range of positions that the sensor node must send.
 void print_positions(const StageFacts& facts, const std::vector<AxisRecords>& records) {
   for (std::size_t i = 0; i < records.size(); ++i) {
     const model::Interval travel_um = records[i].travel_um();
@@ -223,7 +223,7 @@ void print_excitations(const std::filesystem::path& folder, const config::Config
   print(fmt::format("  hystcan init {} --continue\n", shell_word(folder)));
 }
 
-/// Writes the models of an axis without a measured model.
+/// Writes provisional models of an axis for which no model was measured.
 void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
   axis.config.control_model = axis.config.wire.name + ".first.model.toml";
   axis.config.twin_model = axis.config.wire.name + ".first.plant.toml";
@@ -235,7 +235,7 @@ void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
                  config::model_text(usual_loop(axis), {}));
 }
 
-/// Writes the measured model, plant and noise of an axis.
+/// Writes the measured model and the twin's actuator of an axis, and sets the measured noise.
 void write_measured_models(const std::filesystem::path& folder, AxisFacts& axis, const AxisRecords& records) {
   const std::string& name = axis.config.wire.name;
   const identification::Identified found = identify_axis(
@@ -265,7 +265,7 @@ AxisRecords records_beside(const std::filesystem::path& folder, const config::Ax
   return records;
 }
 
-/// Moves the levels of the first reference into the range of the model, and prints a note.
+/// Moves reference levels that the model cannot reach into its range, and prints a note.
 void fit_reference(config::AxisConfig& axis, const model::HysteresisParameters& parameters) {
   constexpr double share = 0.02;
   const model::Interval reach = controller::model_reach_um(parameters, axis.control.gate);
@@ -293,8 +293,8 @@ void fit_reference(config::AxisConfig& axis, const model::HysteresisParameters& 
   }
 }
 
-/// Sets the position limits from a record over the whole range of the drive, because limits from a straight
-/// line are wrong if the sensor has a different zero.
+/// Sets the position limits from loops over the whole drive range. Limits derived from a straight line are
+/// wrong if the sensor has another zero.
 void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
   const controller::Gate::Config& gate = axis.control.gate;
   const controller::Supervisor::Config before = axis.control.supervision;
@@ -323,8 +323,8 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
                    before.position_max_um)});
 }
 
-/// Prints which rate would be better. Uses this rate if no rate was stated and one of two conditions holds:
-/// it halves the error, or the default rate excites a mode.
+/// Prints whether another cycle rate is better. Uses it only if the user did not state a rate, and if it
+/// halves the error or the default rate excites a mode.
 void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Plants& plants) {
   const ConfigAtRate at_rate = [&](double rate_Hz) {
     StageFacts other = facts;

@@ -1,8 +1,8 @@
-// The folder of a stage: configuration, models, DBC, reports.
+// Creates the folder of a stage with configuration, models, DBC and reports.
 //
-//   make_stage       with records: stage.toml, complete. Without: first.toml, to excite the stage with
+//   make_stage       with records: the complete stage.toml. Without: first.toml, for the first excitation
 //   continue_stage   stage.toml from first.toml and the records in the same folder
-//   copy_preset      a shipped configuration
+//   copy_preset      a copy of a shipped configuration
 #pragma once
 
 #include <filesystem>
@@ -13,17 +13,19 @@
 
 namespace hystcan::app {
 
-/// Creates the folder, and prints the findings and the next commands. The folder is complete or absent
-/// afterwards. Throws Error if facts or records are insufficient, RunError at a signal or if the rehearsal
-/// ends with a fault.
+/// Creates the folder. Prints the findings and the next commands. If it fails, no incomplete folder remains.
+/// Throws Error if the facts or the records are insufficient. Throws RunError at a signal, or if the
+/// rehearsal ends with a fault; after a fault, models and reports are kept for `hystcan demo`.
 void make_stage(const std::filesystem::path& folder, StageFacts facts,
                 const std::vector<AxisRecords>& records);
 
-/// Reads AXIS.loops.csv and, if they exist, AXIS.slow.csv, AXIS.unseen.csv and AXIS.step.csv. Overwrites no
-/// file, and leaves no new file if it fails. Throws like make_stage() and load() (stage_records.h).
+/// Completes a stage from the records in its folder: AXIS.loops.csv and, if they exist, AXIS.slow.csv,
+/// AXIS.unseen.csv and AXIS.step.csv. Replaces no file. If it fails, no new file remains, except after a
+/// fault in the rehearsal. Throws under the same conditions as make_stage() and load() (stage_records.h).
 void continue_stage(const std::filesystem::path& folder, const ModelWords& model, bool accept);
 
-/// `preset`: the name of a shipped configuration, without .toml. Throws Error if there is none.
+/// Copies a shipped configuration to `folder`. `preset`: its name without .toml. Throws Error if there is no
+/// such configuration.
 void copy_preset(const std::string& preset, const std::filesystem::path& folder);
 
 }  // namespace hystcan::app

@@ -30,7 +30,7 @@ constexpr const char* on_can = "can";
 
 void require_names(const std::vector<std::string>& axes) {
   for (std::size_t i = 0; i < axes.size(); ++i) {
-    // A dot in the axis name would be confused with the dots before "first" and "model" in file names.
+    // File names are AXIS.first.toml or AXIS.model.toml, so a dot in an axis name would be ambiguous.
     if (!config::is_axis_name(axes[i]) || axes[i].find('.') != std::string::npos)
       throw Error(fmt::format("--axis is '{}'", axes[i]),
                   expect("1 to 64 letters, digits, _ or -, because files are named after it"));
@@ -40,7 +40,7 @@ void require_names(const std::vector<std::string>& axes) {
   }
 }
 
-/// Asks about one axis after the other. Answers for the first axis also apply to the other axes.
+/// Asks the user about each axis in turn. Answers about the first axis also apply to the other axes.
 class AxisQuestions {
  public:
   AxisQuestions(const InitOptions& stated, const std::vector<AxisRecords>& records, Questions& questions)
@@ -93,14 +93,15 @@ class AxisQuestions {
  private:
   const AxisRecords* record() const { return records_.empty() ? nullptr : &records_[axis_]; }
 
-  /// Returns a number that may be measured or have a default. For the axes after the first one, `answer` is
-  /// used.
+  /// Returns a number for the current axis: the stated one; for the first axis, else the user's answer
+  /// (default: `measured` or `usual`); for another axis, else the measured number or the first axis's
+  /// `answer`.
   double number(const Question& question, const std::vector<double>& stated, std::optional<double> measured,
                 std::optional<double> usual, std::optional<double>& answer,
                 const Questions::Check<double>& check = {}) {
     std::optional<double> known = of_axis(question.option.c_str(), stated, axis_, stated_.axes.size());
     if (!known && axis_ > 0) known = measured ? measured : answer;
-    if (known && std::isnan(*known)) return *known;  // missing, as for the first axis
+    if (known && std::isnan(*known)) return *known;  // no value was found for the first axis either
     answer = questions_.number(question, known, measured ? measured : usual, check);
     return *answer;
   }
@@ -193,7 +194,7 @@ class AxisQuestions {
         !damping_ratio && stated_.damping_ratio.empty() && delays.damping_ratio == usual_damping_ratio;
   }
 
-  /// Assigns the channels of a card in the order of the axes.
+  /// Assigns channel 0 of the card to the first axis, channel 1 to the second axis, and so on.
   void wire_to_card(node::AnalogueConfig& analogue) {
     const auto is_scale = [](double value) {
       return unless(config::scale_range.contains(value), "{:g}, expected {}", value,
@@ -213,7 +214,7 @@ class AxisQuestions {
                stated_.um_per_V, {}, stated_.input.layout.output_scale, um_per_V_, is_scale);
   }
 
-  /// Does not ask for values that a step record shows.
+  /// Returns `shown`, the value from a step record, if there is one; otherwise asks for the value.
   double known_or_asked(const Question& question, std::optional<double> shown,
                         const std::vector<double>& stated, std::optional<double> usual,
                         std::optional<double>& answer) {
@@ -284,7 +285,7 @@ void number_nodes(StageFacts& stage, const InitOptions& stated, Questions& quest
   }
 }
 
-/// Returns the shipped DBC with standard frames whose setpoint has this unit.
+/// Returns the shipped DBC whose standard frames have a setpoint in this unit, V or A.
 std::filesystem::path shipped_dbc(const std::string& drive_unit) {
   return shipped_file(drive_unit == "A" ? "galfenol.dbc" : "hystcan.dbc");
 }

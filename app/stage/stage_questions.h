@@ -1,5 +1,5 @@
-// Collects the facts about a stage before it moves: from options, records and the DBC, and the rest by
-// questions.
+// Collects the facts about a stage before it moves: from options, records and the DBC. Asks the user for
+// missing facts.
 #pragma once
 
 #include <filesystem>
@@ -15,30 +15,32 @@
 
 namespace hystcan::app {
 
-/// The options of `hystcan init`. Lists have one value for all axes, one for each, or none.
+/// The options of `hystcan init`. A list is empty, or it has one value for all axes, or one value for each
+/// axis.
 struct InitOptions {
   std::filesystem::path folder{};
   std::string preset{};
   bool yes = false;
   bool carry_on = false;
-  bool accept = false;  ///< accept records that the stage cannot have caused
+  bool accept = false;  ///< accept records with data that the stage cannot have caused
   std::vector<std::filesystem::path> records{}, steps{}, unseen{};
   DatasetInput input{};
   ModelWords model{};
-  // Known facts about the stage:
+  // The following members are facts about the stage that the user states.
   std::vector<std::string> axes{};
   std::optional<std::string> drive_unit{}, card{}, interface {
   }, dbc{};
-  StatedRoles roles{};                       ///< roles of the lab's own signals
-  std::vector<std::string> further_roles{};  ///< "status.state=MSG.SIG", to be added to `roles`
+  StatedRoles roles{};                       ///< signals of the lab's own DBC, by role
+  std::vector<std::string> further_roles{};  ///< further roles as text, such as "status.state=MSG.SIG"
   std::vector<double> drive_min{}, drive_max{}, safe_drive{}, stroke_um{}, sensor_at_safe_um{},
       resonance_Hz{}, damping_ratio{}, sensor_delay_us{}, volts_per_drive{}, um_per_V{};
-  std::vector<int> nodes{};  ///< amplifier and sensor of the first axis, of the second one ...
+  std::vector<int> nodes{};  ///< node numbers: amplifier and sensor of axis 1, of axis 2, ...
   std::optional<double> rate_Hz{};
 };
 
-/// Returns the facts. `records`: one element for each axis, or none. Without a stated DBC, the shipped DBC
-/// for the drive's unit is used. Throws Error if an answer is missing or if a record contradicts an answer.
+/// Returns the facts about the stage. `records`: empty, or one element for each axis. If no DBC is stated,
+/// uses the shipped DBC for the unit of the drive. Throws Error if an answer is missing, or if a record
+/// contradicts an answer.
 StageFacts ask_about(const InitOptions& stated, const std::vector<AxisRecords>& records,
                      Questions& questions);
 

@@ -1,4 +1,4 @@
-// The measured records of an axis, used to set up a stage.
+// Loads the measured records of an axis, from which a stage is set up.
 #pragma once
 
 #include <filesystem>
@@ -13,27 +13,30 @@
 
 namespace hystcan::app {
 
-/// Positions are in um. A dataset exists only if its file is given.
+/// The records of an axis: their files and, after load(), their datasets with positions in um. A dataset
+/// exists only if its file is given.
 struct AxisRecords {
-  std::vector<std::filesystem::path> loop_files;                    ///< slow loops, for the hysteresis
-  std::optional<std::filesystem::path> step_file{}, unseen_file{};  ///< step_file: small fast steps;
-                                                                    ///< unseen_file: for the validation
+  std::vector<std::filesystem::path> loop_files;                    ///< slow loops, to identify the
+                                                                    ///< hysteresis
+  std::optional<std::filesystem::path> step_file{}, unseen_file{};  ///< small fast steps; a record to
+                                                                    ///< validate the model
   std::vector<identification::Dataset> loops{};
   std::optional<identification::Dataset> step{}, unseen{};
-  identification::IdentifyOptions model{};  ///< options for identifying the model of the loops
+  identification::IdentifyOptions model{};  ///< options for the identification of the model
 
-  model::Interval drive() const;           ///< range of the drives in the loops
-  model::Interval travel_um() const;       ///< range of the positions in the loops
-  std::vector<std::string> names() const;  ///< names of the loop files, without folders
+  model::Interval drive() const;           ///< range of the drive in the loops
+  model::Interval travel_um() const;       ///< range of the position in the loops
+  std::vector<std::string> names() const;  ///< names of the loop files, without their folders
 };
 
-/// Reads the files. Throws Error with the name of the file if the output is not a length, if two files have
-/// the same rows, or if a record contains data that the stage cannot have caused (record_warnings.h). `accept`:
-/// prints such warnings on standard error instead, and leaves those rows out.
+/// Loads the datasets of all files in `records`. Throws Error with the name of the file if the output is not
+/// a length, or if two files have the same rows. Also throws if a record contains data that the stage cannot
+/// have caused (record_warnings.h); with `accept`, prints a warning on standard error instead and leaves
+/// these rows out.
 void load(AxisRecords& records, const DatasetInput& input, bool accept);
 
-/// Throws Error if a record contradicts known facts: another unit, a drive beyond its range, or a stroke that
-/// is not `stroke_um`.
+/// Throws Error if a record contradicts the known facts: its drive has another unit or exceeds the range
+/// `drive`, or its travel does not agree with `stroke_um`.
 void refuse_contradictions(const AxisRecords& records, const std::string& drive_unit,
                            const model::Interval& drive, std::optional<double> stroke_um);
 

@@ -31,8 +31,8 @@ using identification::Dataset;
 
 constexpr const char* present_name = "present";
 
-/// Sets the identified plant in the twin. The sensor gets the identified delay; the amplifier's lag gets the
-/// rest of the total delay, after the sensor and the interpolation.
+/// Sets the identified dynamics in the twin of one axis. The sensor gets the identified sensor delay. The
+/// amplifier's lag gets the rest of the total delay, which remains after the sensor and the interpolation.
 void set_plant(twin::Config& twin, const std::string& axis_name, const controller::Delays& found,
                double cycle_s) {
   for (twin::WiredAxisConfig& axis : twin.axes) {
@@ -61,7 +61,7 @@ rehearsal::Setup setup_of(const Candidate& candidate, const config::Config& conf
   controller::AxisConfig& axis = setup.controller.axes[0].axis;
   set_loop(axis, candidate.loop);
   controller::plan_feed_forward(axis, config.controller.rate_Hz);
-  axis.learning.reset();  // its filters are designed for the present loop
+  axis.learning.reset();  // off, because the filters of learning were designed for the present loop
   set_plant(setup.twin, config.axes[0].wire.name, plant.delays, 1.0 / config.controller.rate_Hz);
   return setup;
 }
@@ -70,8 +70,9 @@ rehearsal::Outcome outcome_of(const rehearsal::Setup& setup) {
   return rehearsal::run_once(setup, settle_s, [](const controller::CycleRecord&) { throw_if_signalled(); });
 }
 
-/// Returns true if the candidate may be rehearsed. The present setting is needed for comparison even if its
-/// margin is small.
+/// Returns true if the candidate is stable enough for a rehearsal. A new design must be stable at all corners
+/// of the plant's uncertainty. The present setting is always needed for comparison, so it must be stable only
+/// with the identified plant.
 bool may_run(const Candidate& candidate) {
   if (!candidate.judged) return true;
   return candidate.name == present_name ? candidate.judged->margins.stable : candidate.judged->worst.stable;
@@ -86,7 +87,7 @@ const char* name_of(const controller::LoopConfig& loop) {
   return loop.measurement_filter_Hz > 0.0 ? "low pass" : "plain";
 }
 
-/// Creates designs for the plant of a report, judges and rehearses them.
+/// Designs loops for the identified plant, judges their stability, and rehearses them.
 class Rehearsed {
  public:
   Rehearsed(const TuningReport& report, const config::Config& config, const twin::Config& twin)
@@ -111,7 +112,7 @@ class Rehearsed {
   }
 
  private:
-  /// Completes the design with the feed-forward that tracks best.
+  /// Returns the design as a candidate, with the feed-forward that has the smallest error in a rehearsal.
   Candidate design(const char* name, controller::LoopConfig loop) const {
     Candidate best = predicted(name, loop);
     for (const auto& [second_order, plant_inverse] : feed_forwards) {
@@ -125,7 +126,7 @@ class Rehearsed {
     return best;
   }
 
-  /// Judges the loop with the identified plant.
+  /// Returns the margins of the loop with the identified plant; `nullopt` if the loop has no integral gain.
   std::optional<controller::JudgedLoop> judged(controller::LoopConfig loop) const {
     if (!(loop.pi.ki_per_s > 0.0)) return std::nullopt;
     loop.delays = report_.plant.delays;
@@ -155,7 +156,8 @@ void predict_structures(Candidate& candidate, const config::Config& config, cons
         outcome_of(rehearsal::with_structure(setup_of(candidate, config, twin, plant), structure)).axes[0]));
 }
 
-/// Returns the axis with a cautious loop for another rate, and a twin with the identified plant.
+/// Returns the configuration at another cycle rate, with a cautious loop for this rate and with the
+/// identified plant in the twin.
 config::Config at_rate(const TuningReport& report, config::Config config, double rate_Hz) {
   config.controller.rate_Hz = rate_Hz;
   controller::LoopConfig loop =
@@ -173,8 +175,9 @@ config::Config at_rate(const TuningReport& report, config::Config config, double
 
 }  // namespace
 
-/// The time of each row is a whole number of cycles and also counts the cycles that were left out. Sample and
-/// drive both follow the SYNC, so its jitter of some microseconds does not affect the identified mode.
+/// The time of a row is the number of cycles since the first row, times the nominal cycle time; missed cycles
+/// count. The measured times are not used: sample and drive both follow the SYNC, so its jitter of some
+/// microseconds does not affect the identified mode.
 Dataset measured_steps(const config::Config& config, const twin::Config& twin, const OpenLoopOptions& run,
                        const Excitation::Steps& steps) {
   const config::AxisConfig& axis = config.axes[0];

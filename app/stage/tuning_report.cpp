@@ -29,7 +29,7 @@ double rms_percent_of(const AxisOutcome& outcome) {
   return 100.0 * outcome.statistics.total().rms_um() / outcome.stroke_um;
 }
 
-/// Returns the stroke from the first rehearsed candidate; 0 if no candidate is stable.
+/// Returns the stroke in um from the first candidate that was rehearsed; 0 if none was.
 double stroke_um(const TuningReport& report) {
   for (const Candidate& of : report.candidates)
     if (of.predicted) return of.predicted->stroke_um;
@@ -94,7 +94,8 @@ std::string candidate_table(const TuningReport& report) {
                     report.rule.resonance_percent, stroke_um(report));
 }
 
-/// Returns a line about the cautious candidate if the proposal has less margin.
+/// Returns a line that recommends the cautious candidate for the first run; an empty text if the proposal is
+/// the cautious candidate itself, or if it does not track.
 std::string cautious_line(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
   if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};
@@ -166,14 +167,14 @@ std::string record_line(const TuningReport& report) {
                           left_out_text(report.plant), report.axis, report.config, report.rate_Hz));
 }
 
-/// Returns an axis that contains only the loop of a candidate.
+/// Returns a default axis configuration in which only the loop of the candidate is set.
 config::AxisConfig axis_with(const Candidate& candidate) {
   config::AxisConfig axis;
   set_loop(axis.control, candidate.loop);
   return axis;
 }
 
-/// Returns the delays by their keys in [axis.control.delays].
+/// Returns the delays as JSON; the members are the keys of [axis.control.delays].
 nlohmann::json to_json(const controller::Delays& delays) {
   nlohmann::json json;
   for (const config::Setting& key : config::settings(delays))
@@ -196,7 +197,7 @@ nlohmann::json to_json(const Candidate& of) {
           {"predicted_true_rms_percent", true_percent ? nlohmann::json(*true_percent) : none}};
 }
 
-/// Returns to_json() of the candidate, with the prediction for each structure.
+/// Returns to_json() of the candidate, and its predicted outcome with each structure under "predicted".
 nlohmann::json to_whole_json(const Candidate& of) {
   nlohmann::json json = to_json(of);
   json["predicted"] = nlohmann::json::object();
@@ -218,7 +219,7 @@ std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensit
            *of.true_rms_um > *present.true_rms_um;
   };
   std::size_t best = 0;
-  // Another setting must be better by this share; otherwise the present one stays.
+  // The present setting stays unless another setting has an error that is smaller by this share.
   constexpr double least_gain = 0.02;
   double least = present.has_run() ? (1.0 - least_gain) * present.rms_percent()
                                    : std::numeric_limits<double>::infinity();
