@@ -161,8 +161,7 @@ std::string results_text(const controller::Controller& controller, const StateLo
                   counters.missed_cycles, counted(counters.missing_samples, "sample"), counters.late_samples);
   if (counters.replaced_commands > 0)
     text += counted(counters.replaced_commands, "command") + " replaced by a newer one before transmission\n";
-  if (!options.rehearse)  // a rehearsal runs in virtual time, in which computing takes no time: no figures to
-                          // print
+  if (!options.rehearse)  // in virtual time, computing takes no time
     for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
   for (const auto& outcome : outcomes) {
@@ -247,8 +246,7 @@ void log_warnings(const config::Config& config) {
 /// stage stay unchanged: the rehearsal uses no socket, no black box and no saved memory.
 int rehearse(const config::Config& config, const ControllerArguments& options) {
   std::vector<controller::TrackingStatistics> statistics;
-  double limit_s = std::max(options.duration_s, patience_s);  // ends the rehearsal if an axis never starts or
-                                                              // never finishes
+  double limit_s = std::max(options.duration_s, patience_s);  // ends a run in which an axis never ends
   for (const config::AxisConfig& axis : config.axes) {
     statistics.emplace_back(axis.control, settle_s);
     limit_s = std::max(limit_s, patience_s + controller::reference_of(axis.control).length_s());

@@ -235,8 +235,7 @@ int run_demo(const DemoArguments& options) {
   const double begin_s = tracking_s + axis.control.setpoint.front().transition_s;
   std::vector<std::string> names, files;
   for (const controller::Structure structure : structures)
-    if (structure != controller::Structure::inverse || !options.all) {  // the curve of `inverse` would hide
-                                                                        // the other curves
+    if (structure != controller::Structure::inverse || !options.all) {  // it would hide the other curves
       names.emplace_back(to_string(structure));
       files.push_back(names.back() + ".csv");
     }

@@ -215,8 +215,8 @@ int run_excite(const ExciteArguments& options) {
   const config::Config loaded = config::load_unmeasured(options.run.config);
   refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
   refuse_to_replace(options.output, options.overwrite);
-  auto file = std::make_unique<OutputFile>(options.output);  // opened before the axis moves, so that an
-                                                             // unwritable file stops the command early
+  // Opened before the axis moves, so that an unwritable file stops the command early.
+  auto file = std::make_unique<OutputFile>(options.output);
   const config::Config chosen = chosen_axis_of(loaded, options.run);
   const twin::Config twin = twin_config(loaded);
   Excitation::Config excitation = chosen_excitation(options, chosen, twin);

@@ -61,8 +61,7 @@ int list_runs(const RunsArguments& options) {
   for (const std::filesystem::path& path : paths) {
     try {
       const bool is_being_recorded =
-          runs::is_being_recorded(path);  // checked before the run is read, because the recording may end
-                                          // while it is read
+          runs::is_being_recorded(path);  // checked before reading, because the recording may end in between
       const runs::Run run(path);
       if (!options.json) {
         print_run(run, is_being_recorded);

@@ -138,8 +138,8 @@ int simulate(const SimulateArguments& options) {
     for (const auto& input : {options.model, options.input}) refuse_to_overwrite(output, input);
   refuse_to_overwrite(options.output, options.memory);
   refuse_to_replace(options.output, options.overwrite);
-  std::error_code ignored;  // no error if a path does not exist; the same file may be both --memory and
-                            // --save-memory
+  // The memory may be saved to the file from which it was read. A missing file is not an error.
+  std::error_code ignored;
   if (!std::filesystem::equivalent(options.save_memory, options.memory, ignored))
     refuse_to_replace(options.save_memory, options.overwrite);
   if (!options.save_memory.empty()) refuse_to_share(options.output, options.save_memory);

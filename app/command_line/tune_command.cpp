@@ -115,8 +115,8 @@ Measured measured_before(const TuneArguments& options, const config::Config& con
   input.axis = report.axis;
   input.input_unit = report.drive_unit;
   input.layout = options.layout;
-  load(records, input, true);  // true: accept doubtful rows with a warning, because no limit of the stage is
-                               // derived from this record
+  // `true` accepts doubtful rows with a warning, because no limit of the stage is derived from this record.
+  load(records, input, true);
   report.record = options.record.filename().string();
   return {*records.step, *shown_plant(records, config.axes[0].control.delays)};
 }
@@ -134,8 +134,8 @@ int tune(const TuneArguments& options) {
   const config::Config loaded = config::load(options.run.config);
   RequestedFiles files(options, loaded);
   const config::Config config = chosen_axis_of(loaded, options.run);
-  const twin::Config twin = twin_config(loaded);  // the twin simulates all axes, because they share the bus
-                                                  // with the tuned axis
+  // The twin simulates all axes, because they share the bus with the tuned axis.
+  const twin::Config twin = twin_config(loaded);
   TuningReport report = tuning_of(config);
   report.rule = options.sensitivity;
   report.cautious_rule = cautious_rule(options);

@@ -117,8 +117,8 @@ int run_twin(const TwinArguments& options) {
   };
   const auto stopping = loop.scheduler().make_timer(end);
   TwinCommandHandler handler(twin, loop.scheduler(), [&] {
-    stopping->expire_at(loop.scheduler().now() + std::chrono::milliseconds(20));  // delay: the answer to the
-                                                                                  // client is sent first
+    // The twin ends 20 ms later, so that the answer to the client is sent first.
+    stopping->expire_at(loop.scheduler().now() + std::chrono::milliseconds(20));
   });
   std::optional<ControlSocket> socket;
   std::optional<SampleStream> stream;

@@ -52,10 +52,7 @@ ValidationOptions validation_options_of(const ValidateArguments& options, const 
   if (!options.quasi_static)
     validation_options.crept = config::load_creep_memory(options.memory, model::OutputCreep(lag.creep),
                                                          validation_options.memory->output);
-  if (validation_options.crept)
-    validation_options.crept->time_s.reset();  // the saved time is removed, so
-                                               // that time counts from the
-                                               // dataset's first row
+  if (validation_options.crept) validation_options.crept->time_s.reset();  // time counts from the first row
   return validation_options;
 }
 

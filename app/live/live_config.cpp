@@ -57,11 +57,9 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
                 [&](const config::Setting& setting) { return config::is_within(setting.path, path); });
   overrides.push_back({path, toml_value});
   Prepared prepared = prepare(std::move(history));
-  if (prepared.at_once.empty())
-    // If the setting already has this value, nothing changes. The new element then replaces the last element
-    // of the history, so that `undo` has no step without effect.
-    prepared.history.erase(prepared.history.end() - 2);
-  // already has this value
+  // If the setting already has this value, nothing changes. The new element then replaces the last element of
+  // the history, so that `undo` has no step without effect.
+  if (prepared.at_once.empty()) prepared.history.erase(prepared.history.end() - 2);
   return prepared;
 }
 

@@ -97,9 +97,8 @@ void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealth
 ExitLimit::~ExitLimit() {
   try {
     std::thread(end_after, limit_).detach();
-    // Without a thread, the end of the process has no time limit.
   } catch (const std::system_error&) {
-    return;
+    return;  // without a thread, the end of the process has no time limit
   }
 }
 

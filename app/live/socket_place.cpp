@@ -78,9 +78,8 @@ std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
   for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
     if (const char* folders = std::getenv(variable); folders != nullptr && *folders != '\0') {
       const std::string_view given = folders;
-      const bool may_be_several = variable == std::string_view("RUNTIME_DIRECTORY");  // systemd may list
-                                                                                      // several:
-                                                                                      // "/run/a:/run/b"
+      // systemd may list several folders: "/run/a:/run/b".
+      const bool may_be_several = variable == std::string_view("RUNTIME_DIRECTORY");
       return given.substr(0, may_be_several ? given.find(':') : std::string_view::npos);
     }
   if (!reason_against(runtime_folder(places), places.user)) return runtime_folder(places);

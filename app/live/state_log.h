@@ -86,8 +86,7 @@ class StateLog {
     controller::AxisState state = controller::AxisState::offline;
     controller::ArmingBlocks blocks{};
     controller::ArmingBlocks last_blocks{};  ///< the newest non-empty value of `blocks`
-    double blocked_since_s = 0.0;            ///< time since which the axis waits for the first item of
-                                             ///< `blocks`
+    double blocked_since_s = 0.0;            ///< start of the wait for the first item of `blocks`
     double amplifier_output = 0.0;
     bool block_is_logged = false;
     bool has_tracked = false;

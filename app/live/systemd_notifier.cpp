@@ -57,9 +57,7 @@ void SystemdNotifier::send(std::string_view text) {
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   address_.copy(address.sun_path, sizeof address.sun_path - 1);
-  if (address.sun_path[0] == '@')
-    address.sun_path[0] = '\0';  // an abstract socket: its name begins with a
-                                 // zero byte
+  if (address.sun_path[0] == '@') address.sun_path[0] = '\0';  // abstract socket
   const auto length = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + address_.size());
   ::sendto(socket_, text.data(), text.size(), MSG_NOSIGNAL, reinterpret_cast<const sockaddr*>(&address),
            length);

@@ -237,7 +237,6 @@ ConfigSave undo_of(const std::filesystem::path& file) {
   (void)config::load(kept);
   // Reads the current file as plain text, because it may be invalid TOML.
   constexpr std::size_t most = config::largest_configuration;
-  // be TOML
   ConfigSave undo = config_save(read_regular_file(file, most), read_regular_file(kept, most));
   undo.undoes = true;
   return undo;

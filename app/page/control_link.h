@@ -64,8 +64,7 @@ class ControlLink {
   boost::asio::streambuf received_;
   std::filesystem::path file_;
   std::list<Command> waiting_;
-  std::uint64_t connection_ = 0;  ///< number of the current connection, to recognise operations of earlier
-                                  ///< ones
+  std::uint64_t connection_ = 0;  ///< number of the current connection; earlier ones are ignored
 };
 
 }  // namespace hystcan::app

@@ -33,8 +33,8 @@ constexpr std::size_t most_waiting_rows = 1'048'576;
 constexpr int send_buffer = 262'144;
 constexpr auto longest_request = std::chrono::seconds(10);
 constexpr auto longest_write = std::chrono::seconds(5);
-constexpr auto longest_silence = std::chrono::seconds(20);  // after this time the server sends a ping, which
-                                                            // the client must answer
+// After this time without data from a client, the server sends a ping, which the client must answer.
+constexpr auto longest_silence = std::chrono::seconds(20);
 constexpr auto pause_after_failed_accept = std::chrono::milliseconds(100);
 
 /// Content security policy. The browser may run, show and request only files of this server, and no other
@@ -132,8 +132,8 @@ class WebSession final : public WebClient, public std::enable_shared_from_this<W
   void end() {
     timer_.cancel();
     error_code ignored;
-    beast::get_lowest_layer(stream_).close(ignored);  // closing makes the pending read fail, which ends the
-                                                      // session
+    // Closing makes the pending read fail, which ends the session.
+    beast::get_lowest_layer(stream_).close(ignored);
   }
 
  private:

@@ -146,9 +146,7 @@ std::string new_token() {
 std::string token_of(const std::filesystem::path& file) {
   if (auto token = token_there(file)) return *std::move(token);
   if (auto token = token_made(file)) return *std::move(token);
-  if (auto token = token_there(file))
-    return *std::move(token);  // another program created the file after the
-                               // first attempt
+  if (auto token = token_there(file)) return *std::move(token);  // another program created it
   throw RunError(file, "disappeared while it was read");
 }
 

@@ -16,11 +16,9 @@ struct PageClient {
   WebClient& web;
   std::uint64_t number;
   bool is_authorised = false;
-  bool waits_for_token = false;                   ///< true while the delayed answer to a wrong token is
-                                                  ///< pending
+  bool waits_for_token = false;                   ///< the delayed answer to a wrong token is pending
   double rate = 500.0;                            ///< requested rate: rows per axis and second
-  std::map<std::uint32_t, std::uint32_t> lost{};  ///< for each kind of stream: rows dropped since the last
-                                                  ///< message
+  std::map<std::uint32_t, std::uint32_t> lost{};  ///< rows dropped since the last message, by stream
   std::optional<Trigger> trigger{};
   std::chrono::steady_clock::time_point second{};  ///< start of the second in which `messages` are counted
   int messages = 0;

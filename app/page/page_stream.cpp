@@ -24,8 +24,8 @@ using boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
 constexpr auto pause_before_next = std::chrono::milliseconds(500);
-constexpr auto longest_pause = std::chrono::seconds(3);  // longest time without a batch; normally one arrives
-                                                         // every 20 ms
+// Longest time without a batch; normally a batch arrives every 20 ms.
+constexpr auto longest_pause = std::chrono::seconds(3);
 constexpr std::size_t longest_greeting = 65'536;
 constexpr std::size_t longest_batch = 16'777'216;
 constexpr double history_s = 60.0;
@@ -48,8 +48,8 @@ PageStream::PageStream(boost::asio::io_context& context, std::string name, std::
       limit_(context),
       pause_(context),
       received_(longest_batch + longest_greeting) {
-  boost::asio::post(context, [this] { connect(); });  // later, because the object that owns the hooks is not
-                                                      // complete yet
+  // Connects later, because the object that owns the hooks is not complete yet.
+  boost::asio::post(context, [this] { connect(); });
 }
 
 void PageStream::connect() {

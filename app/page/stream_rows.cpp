@@ -20,8 +20,8 @@ RowDecimator::RowDecimator(const StreamGreeting& greeting, std::size_t bucket)
 
 std::size_t RowDecimator::bucket_for(double rate_Hz, double most_Hz) {
   if (!(rate_Hz > most_Hz)) return 1;
-  return static_cast<std::size_t>(std::ceil(2.0 * rate_Hz / most_Hz));  // factor 2, because each bucket
-                                                                        // becomes two rows
+  // The factor is 2, because each bucket becomes two rows.
+  return static_cast<std::size_t>(std::ceil(2.0 * rate_Hz / most_Hz));
 }
 
 void RowDecimator::put(std::span<const double> row) {
@@ -51,8 +51,8 @@ void RowDecimator::join(Bucket& bucket, std::span<const double> row) const {
           static_cast<double>(static_cast<unsigned>(bucket.largest[i]) | static_cast<unsigned>(row[i]));
       continue;
     }
-    bucket.least[i] = std::fmin(bucket.least[i], row[i]);  // fmin and fmax ignore NaN if the other value is a
-                                                           // number
+    // fmin and fmax ignore NaN if the other value is a number.
+    bucket.least[i] = std::fmin(bucket.least[i], row[i]);
     bucket.largest[i] = std::fmax(bucket.largest[i], row[i]);
   }
 }

@@ -185,8 +185,8 @@ std::optional<std::string> write_report(const std::filesystem::path& directory, 
   report.comparison = identification::compare(report.datasets, report.identified, go_on);
   std::optional<identification::Landscape> map;
   if (go_on()) map = identification::landscape(report.datasets, report.identified, landscape_points);
-  const NewFolder whole(directory / "report.new");  // temporary folder: an earlier report stays until the new
-                                                    // one is complete
+  // A temporary folder, so that an earlier report stays until the new one is complete.
+  const NewFolder whole(directory / "report.new");
   write_numbers(whole.path(), report.datasets, report.identified, report.comparison, map);
   report.undrawn = draw_report(whole.path(), report.datasets.size(), report.identified, map.has_value());
   write_file(whole.path() / "report.html", page_of(whole.path(), report));

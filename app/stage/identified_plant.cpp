@@ -20,8 +20,8 @@ using identification::Estimate;
 using identification::SecondOrderFit;
 using Found = ChainRecord::Fit;
 
-constexpr double least_late = 1e-3, most_late = identification::largest_delay_cycles;  // bounds of the fitted
-                                                                                       // delay, in cycles
+// Bounds of the fitted delay, in cycles.
+constexpr double least_late = 1e-3, most_late = identification::largest_delay_cycles;
 constexpr double stated_share = 0.1;  // a stated resonance is accurate to 10 %
 constexpr double most_damping_ratio = 5.0, least_damping_ratio = 1e-4;
 
@@ -124,9 +124,8 @@ Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
 /// significantly better.
 Found around_stated(const ChainRecord& record, const controller::Delays& stated) {
   constexpr double step = 0.02;  // step of the frequency search, as a share of the rate
-  constexpr double less_damping = 0.7,
-                   more_damping = 1.8;  // range of log(damping ratio); most stages have more damping than
-                                        // assumed
+  // Range of log(damping ratio) around the stated value. Most stages have more damping than assumed.
+  constexpr double less_damping = 0.7, more_damping = 1.8;
   const double log_f = std::log(stated.resonance_Hz),
                log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
   Found plain = with_any_delay(record, log_f, log_zeta);
@@ -150,8 +149,7 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
     start.box.max()[log_damping] = log_zeta + more_damping;
     start = record.improved(start.at, start.box);
     const bool rings_endlessly =
-        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // a mode at the lowest damping fits
-                                                                      // only noise
+        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // only noise has such a fit
     if (!rings_endlessly && start.sum_of_squares < best.sum_of_squares) best = start;
   }
   return is_better(record, best, plain) ? best : plain;

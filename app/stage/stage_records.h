@@ -16,10 +16,9 @@ namespace hystcan::app {
 /// The records of an axis: their files and, after load(), their datasets with positions in um. A dataset
 /// exists only if its file is given.
 struct AxisRecords {
-  std::vector<std::filesystem::path> loop_files;                    ///< slow loops, to identify the
-                                                                    ///< hysteresis
-  std::optional<std::filesystem::path> step_file{}, unseen_file{};  ///< small fast steps; a record to
-                                                                    ///< validate the model
+  std::vector<std::filesystem::path> loop_files;  ///< slow loops, for the hysteresis
+  /// `step_file`: small fast steps, for the dynamics. `unseen_file`: for the validation of the model.
+  std::optional<std::filesystem::path> step_file{}, unseen_file{};
   std::vector<identification::Dataset> loops{};
   std::optional<identification::Dataset> step{}, unseen{};
   identification::IdentifyOptions model{};  ///< options for the identification of the model
