@@ -100,7 +100,7 @@ std::string script(const CLI::App& root, const std::string& shell) {
   const bool is_bash = shell == "bash";
   std::string text = is_bash ? "# bash completion of hystcan, made by `hystcan completion bash`\n"
                              : "#compdef hystcan\n# made by `hystcan completion zsh`\n";
-  // In zsh, quotes around the key of an associative array become part of the key.
+  // Removes the quotes for zsh, which would treat quotes around a key as a part of the key.
   for (const auto& [name, rows] : tables) {
     std::string table = rows;
     if (!is_bash) {

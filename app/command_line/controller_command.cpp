@@ -246,7 +246,7 @@ void log_warnings(const config::Config& config) {
 /// stage stay unchanged: the rehearsal uses no socket, no black box and no saved memory.
 int rehearse(const config::Config& config, const ControllerArguments& options) {
   std::vector<controller::TrackingStatistics> statistics;
-  double limit_s = std::max(options.duration_s, patience_s);  // ends a run in which an axis never ends
+  double limit_s = std::max(options.duration_s, patience_s);  // latest end of the rehearsal
   for (const config::AxisConfig& axis : config.axes) {
     statistics.emplace_back(axis.control, settle_s);
     limit_s = std::max(limit_s, patience_s + controller::reference_of(axis.control).length_s());

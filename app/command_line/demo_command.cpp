@@ -234,8 +234,9 @@ int run_demo(const DemoArguments& options) {
   const double rate_Hz = config.controller.rate_Hz;
   const double begin_s = tracking_s + axis.control.setpoint.front().transition_s;
   std::vector<std::string> names, files;
+  // With --all, `inverse` is not drawn, because its curve would hide the other curves.
   for (const controller::Structure structure : structures)
-    if (structure != controller::Structure::inverse || !options.all) {  // it would hide the other curves
+    if (structure != controller::Structure::inverse || !options.all) {
       names.emplace_back(to_string(structure));
       files.push_back(names.back() + ".csv");
     }

@@ -33,16 +33,12 @@ class FrameText {
   /// The reference is valid until the next call.
   const std::string& operator()(const can::LoggedFrame& logged);
 
-  std::uint64_t frames() const { return frames_; }  ///< number of formatted frames, without error frames
-  std::uint64_t unknown() const {
-    return unknown_;
-  }  ///< number of frames whose identifier is not in the
-     ///< database
+  /// Return the number of formatted frames (without error frames), and how many of them are not in the DBC.
+  std::uint64_t frames() const { return frames_; }
+  std::uint64_t unknown() const { return unknown_; }
   std::uint64_t error_frames() const { return error_frames_; }
-  std::uint64_t lost() const {
-    return lost_;
-  }  ///< number of frames that the recorder lost, according to its
-     ///< drop notices in the log
+  /// Returns the number of frames that the recorder lost, according to its drop notices in the log.
+  std::uint64_t lost() const { return lost_; }
 
  private:
   void write_text(const can::LoggedFrame& logged, const can::Message* message);

@@ -149,9 +149,8 @@ class Gatherer {
   }
 
   RunFigures& figures_;
-  std::size_t turnaround_, lateness_, missing_, segment_,
-      /// column indices; a missing column has an index after the last column
-      shape_time_;
+  /// Column indices. The index of a missing column is beyond the last column.
+  std::size_t turnaround_, lateness_, missing_, segment_, shape_time_;
   double rate_Hz_, tolerance_um_;
   DelayedDrive drive_;
   double in_segment_ = nothing;

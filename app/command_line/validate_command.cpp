@@ -52,7 +52,8 @@ ValidationOptions validation_options_of(const ValidateArguments& options, const 
   if (!options.quasi_static)
     validation_options.crept = config::load_creep_memory(options.memory, model::OutputCreep(lag.creep),
                                                          validation_options.memory->output);
-  if (validation_options.crept) validation_options.crept->time_s.reset();  // time counts from the first row
+  // Drops the saved time: the time of the dataset counts from its first row.
+  if (validation_options.crept) validation_options.crept->time_s.reset();
   return validation_options;
 }
 

@@ -23,7 +23,6 @@ using boost::system::error_code;
 
 // In bytes. For comparison: the status of 32 axes has about 10 000.
 constexpr std::size_t longest_answer = 1'048'576;
-// 000
 
 [[noreturn]] void fail_with(int error) { throw std::system_error(error, std::generic_category()); }
 

@@ -106,9 +106,8 @@ SampleStream::~SampleStream() {
 
 void SampleStream::admit(stream_protocol::socket connection) {
   std::erase_if(sessions_, [](const std::weak_ptr<Session>& session) { return session.expired(); });
-  if (sessions_.size() >= most_listeners)
-    return;  // too many connections: `connection` is destroyed and
-             // thereby closed
+  // If there are too many connections, `connection` is destroyed and thereby closed.
+  if (sessions_.size() >= most_listeners) return;
   const auto session = std::make_shared<Session>(std::move(connection), board_.columns());
   sessions_.push_back(session);
   session->greet(greeting_);

@@ -37,7 +37,7 @@ using identification::Identified;
 Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
   identification::IdentifyOptions identify_options = records.model;
-  identify_options.observed_thresholds = true;  // the start-up can then reach both thresholds
+  identify_options.observed_thresholds = true;  // the start-up can reach these thresholds
   identify_options.go_on = counted_trials(progress);
   return at_place(fmt::format("{}", fmt::join(records.names(), ", ")),
                   [&] { return identification::identify(records.loops, identify_options); });

@@ -149,7 +149,7 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
     start.box.max()[log_damping] = log_zeta + more_damping;
     start = record.improved(start.at, start.box);
     const bool rings_endlessly =
-        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // only noise has such a fit
+        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // such a mode fits only noise
     if (!rings_endlessly && start.sum_of_squares < best.sum_of_squares) best = start;
   }
   return is_better(record, best, plain) ? best : plain;

@@ -7,8 +7,8 @@
 //      the sensor's share of a delay is not stated: eleven rehearsals, each with another mode and share
 //   m  error from the misfit between the model and its records (identification/misfit.h):
 //        m^2 = 1.2 sum_b |S(q_b u)|^2 r_b^2
-//      Without records, it is the error that the twin's actuator adds to x. The factor accounts for a
-//      reference that differs from the record.
+//      Without records, it is the error that the twin's actuator adds to x. The factor 1.2 accounts
+//      for a reference that differs from the record.
 //   f  error that no loop removes, because the residual of slow loops is coarser than that of fast motion:
 //        f^2 = 0.08 sum_b r_b^2
 //   c  error from creep, extrapolated from slow records: a share of the travel that creeps in a decade,

@@ -146,7 +146,7 @@ void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records, co
   for (std::size_t i = 0; i < records.size(); ++i)
     tuned.push_back(tune_axis(stage, i, records[i], plants[i]));
   const std::string text = stage.text();
-  const config::Config config = config::load_text(stage.file(), text);  // throws if it is invalid
+  const config::Config config = config::load_text(stage.file(), text);  // throws if `text` is invalid
   write_file(stage.file(), text);
   print_findings(config);
   print_promises(rehearsal_of(config, tuned, loop_names(tuned)));

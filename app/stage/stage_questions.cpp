@@ -93,9 +93,9 @@ class AxisQuestions {
  private:
   const AxisRecords* record() const { return records_.empty() ? nullptr : &records_[axis_]; }
 
-  /// Returns a number for the current axis: the stated one; for the first axis, else the user's answer
-  /// (default: `measured` or `usual`); for another axis, else the measured number or the first axis's
-  /// `answer`.
+  /// Returns a number for the current axis. A number stated by an option has precedence. Otherwise, the user
+  /// is asked about the first axis; the default is `measured` or `usual`. Another axis uses `measured`, or
+  /// else `answer`, which is the number of the first axis.
   double number(const Question& question, const std::vector<double>& stated, std::optional<double> measured,
                 std::optional<double> usual, std::optional<double>& answer,
                 const Questions::Check<double>& check = {}) {
