@@ -1,4 +1,4 @@
-// Finds the input of the commands that read CAN frames: the interface and the database (DBC) from a
+// Finds the input of commands that read CAN frames. It is an interface with a database (DBC), from a
 // configuration or from options, or a file recorded with candump.
 #pragma once
 

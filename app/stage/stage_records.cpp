@@ -56,8 +56,8 @@ void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, con
     throw Error(file, fmt::format("the drive is in {}", dataset.input_unit), {.expected = unit});
 }
 
-/// Removes doubtful rows from a record and prints a warning for each kind of them. Throws Error instead if
-/// `accept` is false, because the limits of the stage are derived from its records.
+/// Removes drop-outs and glitches from a record, and prints a warning for each kind of doubtful data. Throws
+/// Error instead if `accept` is false, because the limits of the stage are derived from its records.
 void judge_record(const std::filesystem::path& file, Dataset& dataset, bool accept) {
   for (const RecordWarning& warning : leave_out_suspects(file, dataset)) {
     if (!accept)

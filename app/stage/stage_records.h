@@ -30,8 +30,8 @@ struct AxisRecords {
 
 /// Loads the datasets of all files in `records`. Throws Error with the name of the file if the output is not
 /// a length, or if two files have the same rows. Also throws if a record contains data that the stage cannot
-/// have caused (record_warnings.h); with `accept`, prints a warning on standard error instead and leaves
-/// these rows out.
+/// have caused (record_warnings.h). With `accept`, prints a warning on standard error instead and leaves out
+/// drop-outs and glitches; the rows of a saturated sensor are used.
 void load(AxisRecords& records, const DatasetInput& input, bool accept);
 
 /// Throws Error if a record contradicts the known facts: its drive has another unit or exceeds the range
