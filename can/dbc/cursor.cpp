@@ -10,7 +10,7 @@
 namespace hystcan::can::dbc {
 namespace {
 
-constexpr std::string_view blanks = " \t\r\n\f\v\x1A";  // Control-Z ends a file of DOS
+constexpr std::string_view blanks = " \t\r\n\f\v\x1A";  // Control-Z (0x1A) ends a DOS text file
 constexpr std::string_view line_ends = "\r\n";
 
 // clang-format off
@@ -127,7 +127,8 @@ std::optional<std::string_view> Cursor::take_number() {
     at = std::find_if_not(at, end_, is_digit);
     if (is_next(".")) at = std::find_if_not(at + 1, end_, is_digit);
     if (!std::any_of(first, at, is_digit)) return std::nullopt;
-    if (is_next("#")) at = std::find_if_not(at + 1, end_, is_identifier_part);  // 1.#INF, -1.#IND, 1.#QNAN
+    if (is_next("#"))
+      at = std::find_if_not(at + 1, end_, is_identifier_part);  // infinity or NaN: 1.#INF, 1.#QNAN
     if (is_next("eE")) {
       const char* exponent = at + 1;
       if (exponent != end_ && is_of("+-", *exponent)) ++exponent;
@@ -139,8 +140,8 @@ std::optional<std::string_view> Cursor::take_number() {
   return number;
 }
 
-/// Returns true if the quote after a backslash ends the text: the text "C:\" ends if ';' and a section name
-/// on a new line follow.
+/// Returns true if a quote after a backslash ends the quoted text, for example "C:\". The quote ends the text
+/// if it is followed by ';' and then by a section name on a new line, or by the end of the file.
 bool Cursor::is_end_after_backslash(const char* after_quote) const {
   const auto skip = [this](const char* at, std::string_view set) {
     return std::find_if_not(at, end_, [&](char c) { return is_of(set, c); });

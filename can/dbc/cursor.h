@@ -15,9 +15,10 @@ struct ParseError {
   std::string expected;
 };
 
-/// The cursor moves only forward: reading is linear in the text. `take_...` does not move if the token is
-/// missing; `need_...` throws a ParseError with `words` as the expected token if the token is missing or too
-/// long. A token is a view into the text.
+/// Reads the text of a DBC token by token. The cursor moves only forward, so that the reading time is
+/// proportional to the text length. `take_...` leaves the cursor at its place if the token is missing.
+/// `need_...` throws a ParseError if the token is missing or too long; `words` describes the expected token.
+/// A returned token is a view into the text.
 class Cursor {
  public:
   explicit Cursor(std::string_view text);
@@ -25,17 +26,18 @@ class Cursor {
   /// Returns true if take_word() would take the whole text as one word.
   static bool is_word(std::string_view text);
 
-  bool at_end();               ///< only blanks are left
-  bool at_line_start() const;  ///< only blanks are between the start of the line and the cursor
-  const char* place();         ///< position of the next token
+  bool at_end();               ///< true if only blanks are left in the text
+  bool at_line_start() const;  ///< true if only blanks are between the start of the line and the cursor
+  const char* place();         ///< skips blanks; returns the position of the next token
 
   std::optional<std::string_view>
-  take_word();  ///< a word: letters, digits, '_', and other characters that tools put into names
+  take_word();  ///< takes a word: letters, digits, '_', and other characters that tools put into names
   std::optional<std::string_view>
-  take_number();  ///< a decimal or hexadecimal (0x1F) number, or a name of infinity or NaN
-  std::optional<std::string_view> take_quoted();  ///< the text without its quotes; \" does not end the text
+  take_number();  ///< takes a decimal or hexadecimal (0x1F) number, or a name of infinity or NaN
+  std::optional<std::string_view> take_quoted();  ///< takes a quoted text (it may contain \"); returns it
+                                                  ///< without its quotes
   bool take(char mark);
-  std::string_view peek_word();  ///< empty if the next token is not a word
+  std::string_view peek_word();  ///< returns the next word without taking it; empty if no word is next
 
   std::string_view need_word(const std::string& words);
   std::string_view need_number(const std::string& words);
@@ -43,13 +45,13 @@ class Cursor {
   void need(char mark, const std::string& words);
   [[noreturn]] void refuse(const std::string& words);
 
-  char next();  ///< the next character; 0 at the end of the text
+  char next();  ///< returns the next character that is not a blank, without taking it; 0 at the end
   bool next_is_digit();
   bool next_is_on_this_line();               ///< true if the line has a token after the cursor
   std::string_view take_line();              ///< takes everything up to the end of the line
-  void take_any_of(std::string_view marks);  ///< takes characters of the set and blanks
-  bool take_until_semicolon();  ///< skips each string as a whole; false if a section or the end of the text
-                                ///< precedes the semicolon
+  void take_any_of(std::string_view marks);  ///< takes all following blanks and characters of `marks`
+  bool take_until_semicolon();  ///< takes everything up to the next ';' that is not in quotes; false if a
+                                ///< section name or the end of the text is before this ';'
 
  private:
   void skip_blanks();

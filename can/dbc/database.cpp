@@ -11,8 +11,8 @@
 namespace hystcan::can {
 namespace {
 
-/// Converts positions in the text to line and column; the positions must ascend. Lines end with LF, CR LF or
-/// CR.
+/// Converts positions in the text to line and column. Successive calls must have ascending positions. Lines
+/// end with LF, CR LF or CR.
 class Places {
  public:
   Places(std::string_view text, const std::string& file_name)
@@ -54,7 +54,7 @@ bool is_decodable(const Signal& signal) {
 }
 
 std::size_t bytes_needed(const Signal& signal) {
-  const std::size_t first =  // in wire order
+  const std::size_t first =  // number of the first bit; in big-endian, bit 0 is the highest bit of byte 0
       signal.byte_order == ByteOrder::little_endian ? signal.start_bit : signal.start_bit ^ 7U;
   return (first + signal.length + 7) / 8;
 }

@@ -19,17 +19,18 @@ enum class ByteOrder : std::uint8_t { little_endian, big_endian };
 /// is declared as IEEE 754 but has another width; decoding it as an integer would give a wrong number.
 enum class ValueType : std::uint8_t { integer, float32, float64, unreadable };
 
-/// The multiplexing of a signal: `M` marks a switch signal; a signal with `m3` is present if the value of the
-/// switch is 3.
+/// The multiplexing of a signal. In the DBC, `M` marks a switch signal; a signal with the mark `m3` is
+/// present in a frame if the value of the switch signal in this frame is 3.
 struct Multiplexing {
   struct Range {
     std::uint64_t low = 0;
     std::uint64_t high = 0;  ///< the range includes this value
   };
   bool is_switch = false;
-  std::optional<std::uint32_t> present_at;  ///< switch value in the signal's own line
-  std::optional<std::size_t> switched_by;   ///< index of the switch among the message's signals
-  /// Switch values with which the signal is present (SG_MUL_VAL_, or m3), ascending, without overlaps.
+  std::optional<std::uint32_t> present_at;  ///< switch value in the SG_ line of the signal: 3 for `m3`
+  std::optional<std::size_t> switched_by;   ///< index of the switch signal among the message's signals
+  /// Values of the switch signal at which this signal is present, from SG_MUL_VAL_ or from the mark `m3`. The
+  /// ranges ascend and do not overlap.
   std::vector<Range> ranges;
 };
 
@@ -37,13 +38,14 @@ struct Multiplexing {
 ///
 ///   physical = raw * scale + offset
 ///
-/// `start_bit` is the number in the DBC: the least significant bit of a little-endian signal and the most
-/// significant bit of a big-endian signal, in the sawtooth numbering of the format.
+/// `start_bit` is the number in the DBC: the position of the least significant bit of a little-endian signal,
+/// or of the most significant bit of a big-endian signal. Position 8 k + i is bit i of byte k; i = 0 is the
+/// lowest bit of the byte.
 struct Signal {
   std::string name;
-  std::string short_name;  ///< name in the file if an attribute has the long name; else empty
+  std::string short_name;  ///< shortened name in the SG_ line if an attribute has the long name; else empty
   std::uint32_t start_bit = 0;
-  std::uint16_t length = 0;  ///< number of bits; a codec accepts 1..64
+  std::uint16_t length = 0;  ///< number of bits; SignalCodec accepts 1..64
   ByteOrder byte_order = ByteOrder::little_endian;
   bool is_signed = false;
   ValueType value_type = ValueType::integer;
@@ -66,11 +68,12 @@ struct Message {
   std::uint32_t id = 0;
   bool extended = false;
   std::string name;
-  std::string short_name;        ///< name in the file if an attribute has the long name; else empty
+  std::string short_name;        ///< shortened name in the BO_ line if an attribute has the long name; else
+                                 ///< empty
   std::uint16_t length = 0;      ///< bytes; more than 64 if a transport protocol carries the message (J1939)
-  bool fd = false;               ///< CAN FD; given by VFrameFormat or, if the attribute is missing, by the
-                                 ///< length
-  bool bit_rate_switch = false;  ///< the CAN FD data phase uses the data bit rate: CANFD_BRS is not 0
+  bool fd = false;               ///< true for a CAN FD frame, according to the attribute VFrameFormat or, if
+                                 ///< the attribute is missing, to the length
+  bool bit_rate_switch = false;  ///< true if the CAN FD data phase uses the data bit rate (CANFD_BRS not 0)
   std::string sender;
   std::vector<Signal> signals;
 
@@ -80,9 +83,10 @@ struct Message {
 
 struct Database {
   std::vector<Message> messages;
-  std::vector<std::string> warnings;  ///< irregular but readable places: `FILE:LINE:COLUMN: TEXT`
+  std::vector<std::string> warnings;  ///< irregular but readable places of the file: `FILE:LINE:COLUMN: TEXT`
   std::size_t further_warnings = 0;   ///< number of warnings that are not stored in `warnings`
-  std::map<std::uint32_t, std::size_t> message_by_id;  ///< index of the last message, by key_of()
+  std::map<std::uint32_t, std::size_t> message_by_id;  ///< index of a message by key_of() its identifier; the
+                                                       ///< last one if several messages have it
 
   /// Finds the first message of this name, or the only message of this short name. Null if not found.
   const Message* find(std::string_view message) const;
@@ -92,23 +96,23 @@ struct Database {
 
 /// The size limits of a DBC. Within these limits, parsing time and memory are proportional to the file size.
 namespace dbc {
-inline constexpr std::size_t largest_file = std::size_t{16} << 20U;  ///< 16 MiB
+inline constexpr std::size_t largest_file = std::size_t{16} << 20U;  ///< bytes (16 MiB)
 inline constexpr std::size_t longest_name = 1024;    ///< bytes of a name, a number, a unit or a value name
 inline constexpr std::size_t longest_text = 65'536;  ///< bytes of a comment or an attribute value
 inline constexpr std::size_t most_nodes = 65'536;
 inline constexpr std::size_t most_messages = 65'536;
 inline constexpr std::size_t most_signals = 65'536;  ///< maximum number in one message
-inline constexpr std::size_t most_items = 65'536;    ///< in one list: receivers, value names, ranges or
-                                                     ///< enumeration items
+inline constexpr std::size_t most_items = 65'536;    ///< maximum number in one list of receivers, value
+                                                     ///< names, ranges or enumeration items
 inline constexpr std::size_t most_warnings = 1000;  ///< warnings that are stored; the others are only counted
 }  // namespace dbc
 
-/// Throws Error if the text is not a valid DBC or exceeds the limits above. Known irregularities of real
-/// files give a warning; docs/protocol/dbc.md lists them. All texts are converted to UTF-8. Comments,
-/// receivers and most attributes are checked but not stored.
+/// Parses the text of a DBC. Throws Error if the text is not a valid DBC or exceeds the size limits in the
+/// namespace `dbc`. Known irregularities of real files give a warning; docs/protocol/dbc.md lists them. All
+/// texts are converted to UTF-8. Comments, receivers and most attributes are checked but not stored.
 Database parse_dbc(std::string_view text, const std::string& file_name);
 
-/// Loads a DBC file. Throws Error, also if the file can't be read.
+/// Loads a DBC file with parse_dbc(). Also throws Error if the file can't be read.
 Database load_dbc(const std::filesystem::path& file);
 
 }  // namespace hystcan::can

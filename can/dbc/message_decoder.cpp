@@ -17,9 +17,9 @@ std::uint64_t bits_of(const Signal& signal, std::span<const std::uint8_t> payloa
   return raw & ~std::uint64_t{0} >> (64U - signal.length);
 }
 
-/// Finds the signals in a payload: a signal is present if its switch is present and reads one of the signal's
-/// values. Switches may form chains of any length; signals that switch each other in a ring are never
-/// present.
+/// Determines which signals of a message a payload contains. A multiplexed signal is present if its switch
+/// signal is present and the payload has one of the signal's values for the switch. Switches may form chains
+/// of any length; signals that switch each other in a ring are never present.
 class Presence {
  public:
   Presence(const Message& message, std::span<const std::uint8_t> payload)
@@ -27,8 +27,8 @@ class Presence {
 
   bool of(std::size_t asked) {
     std::size_t index = asked;
-    while (!known_[index]) {  // follows the switches to a known or to the last one
-      known_[index] = false;  // preliminary; stays false in a ring
+    while (!known_[index]) {  // follows the chain of switches to its end or to a signal with a known result
+      known_[index] = false;  // preliminary result; stays false if the switches form a ring
       chain_.push_back(index);
       const auto& switched_by = signals_[index].multiplexing.switched_by;
       if (!switched_by) break;
@@ -53,7 +53,8 @@ class Presence {
 
   const std::vector<Signal>& signals_;
   std::span<const std::uint8_t> payload_;
-  std::vector<std::optional<bool>> known_;  ///< whether each signal is present; nullopt: not yet determined
+  std::vector<std::optional<bool>>
+      known_;  ///< result for each signal: true if present; nullopt: not yet known
   std::vector<std::size_t> chain_;
 };
 

@@ -34,7 +34,7 @@ double real(std::string_view token, const std::string& what) {
   return *number;
 }
 
-/// Takes the rest of a section. Returns false if the section, or a text in it, has no end.
+/// Takes the rest of a section, up to ';'. Returns false if the section or a quoted text in it has no end.
 bool ends_in_semicolon(Cursor& cursor) {
   try {
     return cursor.take_until_semicolon();
@@ -118,8 +118,8 @@ bool Reader::section() {
   return stray();
 }
 
-/// Reads a section whose content is mostly not stored (comments, definitions): skips a malformed section with
-/// a warning.
+/// Reads one section. Skips a malformed comment (CM_) or attribute definition (BA_DEF_) with a warning,
+/// unless its text names an attribute that is stored. Throws ParseError for any other malformed section.
 void Reader::read_section(std::string_view keyword, void (Reader::*read_one)()) {
   Cursor start = cursor_;
   try {
@@ -138,7 +138,7 @@ void Reader::read_section(std::string_view keyword, void (Reader::*read_one)()) 
   }
 }
 
-/// Skips an extra ';' or a comment that begins with '//', which is not part of the format.
+/// Skips an extra ';' or a comment that begins with '//', with a warning: the format has neither.
 bool Reader::stray() {
   const std::string_view here(cursor_.place(), 1);
   if (cursor_.take(';')) {
@@ -152,8 +152,7 @@ bool Reader::stray() {
   return true;
 }
 
-/// Takes the ';' at the end of a section. Warns if it is missing before the next section or at the end of the
-/// file.
+/// Takes the ';' at the end of a section. Warns if ';' is missing before the next section or the file's end.
 void Reader::need_semicolon() {
   if (cursor_.take(';')) return;
   if (cursor_.at_end())
@@ -188,7 +187,7 @@ void Reader::version() {
   cursor_.take(';');
 }
 
-/// Reads the section names, one or many on a line. Stops at a line that begins the next section.
+/// Skips the list of section names after NS_. Stops at a line that begins the next section.
 void Reader::new_symbols() {
   if (!cursor_.take(':')) cursor_.refuse(colon);
   while (!cursor_.at_end()) {
@@ -290,7 +289,7 @@ void Reader::signal() {
   if (!in_left_out_) add_signal(std::move(signal), name, start_bit);
 }
 
-/// Parses the mark of a signal. A switch is `M` or `m3M`; some tools write `m` and `m3m`.
+/// Parses the multiplexing mark of a signal: `M`, `m3` or `m3M`. Some tools write `m` instead of `M`.
 Multiplexing Reader::simple_multiplexing(std::string_view word, const std::string& of) {
   Multiplexing result;
   const bool small = word == "m" || (word.ends_with('m') && word.size() > 2);
@@ -305,7 +304,7 @@ Multiplexing Reader::simple_multiplexing(std::string_view word, const std::strin
   return result;
 }
 
-/// Reads the part from the length to the offset: `|16@1+ (0.1,0)`.
+/// Reads length, byte order, sign, scale and offset of a signal: `|16@1+ (0.1,0)`.
 void Reader::read_coding(Signal& signal, const std::string& of) {
   cursor_.need('|', "'|' in the bit position" + of);
   const std::string_view length = cursor_.need_number("the length" + of + " in bits");
@@ -350,7 +349,7 @@ char Reader::one_of(std::string_view marks, const std::string& words) {
   return mark;
 }
 
-/// Skips the receivers on the signal's line and, after a comma, on the next line.
+/// Skips the names of the receiving nodes on the signal's line and, after a comma, on the next line.
 void Reader::skip_receivers() {
   bool more = false;
   for (std::size_t count = 0; more || cursor_.next_is_on_this_line(); ++count) {
@@ -382,8 +381,8 @@ void Reader::add_signal(Signal signal, std::string_view name, std::string_view s
   message.signals.push_back(std::move(signal));
 }
 
-/// Resolves simple multiplexing: every `m` depends on the `M` of the message. Without an `M`, the signal is
-/// always present.
+/// Resolves simple multiplexing: every signal with a mark such as `m3` depends on the signal with the mark
+/// `M`. If the message has no signal with `M`, all its signals are always present.
 void Reader::find_switch(Message& message) {
   auto& all = message.signals;
   const auto is_first = [](const Signal& signal) {
@@ -409,7 +408,8 @@ void Reader::note_overlaps(const Message& message, const MessageText& text) {
     if (signal.length > max_signal_bits || signal.multiplexing.present_at) continue;
     if (bytes_needed(signal) > message.length) continue;
     const bool little = signal.byte_order == ByteOrder::little_endian;
-    const std::size_t first = little ? signal.start_bit : signal.start_bit ^ 7U;  // in wire order
+    // In the order of a big-endian signal, bit 0 is the highest bit of byte 0.
+    const std::size_t first = little ? signal.start_bit : signal.start_bit ^ 7U;
     bool overlaps = false;
     for (std::size_t bit = first; bit < first + signal.length; ++bit) {
       const std::size_t place = little ? bit : bit ^ 7U;

@@ -17,63 +17,66 @@ namespace hystcan::can::dbc {
 
 inline constexpr const char* message_id = "the identifier of a message";
 inline constexpr const char* signal_name = "the name of a signal";
-inline constexpr const char* frame_format = "VFrameFormat";  ///< an attribute that the reader stores
-inline constexpr const char* bit_rate_switch = "CANFD_BRS";  ///< an attribute that the reader stores
+inline constexpr const char* frame_format = "VFrameFormat";  ///< attribute: CAN or CAN FD
+inline constexpr const char* bit_rate_switch = "CANFD_BRS";  ///< attribute: bit-rate switch of CAN FD
 inline constexpr const char* quoted_text = "a text in quotes";
 
-/// A section may apply to several objects; for example, an attribute applies to all messages with its
-/// identifier. Each object gets a copy. This is the maximum size of all copies together, in bytes.
+/// Maximum size of all copies together, in bytes. A section may apply to several objects, and each object
+/// gets a copy of its content; for example, an attribute applies to all messages with the same identifier.
 inline constexpr std::size_t largest_copies = std::size_t{64} << 20U;
-inline constexpr std::size_t bytes_of_an_entry = 64;  ///< size of each copy without its text
+inline constexpr std::size_t bytes_of_an_entry = 64;  ///< bytes that each copy counts without its text
 
-/// Returns the whole number in the token. Throws ParseError if it is outside the range.
+/// Returns the whole number in the token. Throws ParseError if the number is outside minimum..maximum; `what`
+/// names the number in the error.
 std::uint64_t natural(std::string_view token, std::uint64_t minimum, std::uint64_t maximum,
                       const std::string& what);
 
 /// Returns the token in quotes, shortened if it is long.
 std::string cited(std::string_view token);
 
-/// Reads each section with one function, which starts with the cursor after the section name.
+/// Reads a DBC section by section. Each kind of section has one function, which starts with the cursor after
+/// the section name.
 ///
-/// Nodes, messages, value tables and attribute definitions are stored as they are read. The sections with
-/// details about them (value names, attributes, ...) may be before them in the file, so they are read at
-/// their place but apply after the last line. They refer to messages and signals by identifier and name. If
-/// several messages or signals have the same identifier or name, the section applies to all of them.
+/// The reader stores nodes, messages, value tables and attribute definitions immediately. Other sections have
+/// details about them, for example value names and attributes. A section with details may be before its
+/// message in the file. Therefore the reader applies all details after the last line. A section with details
+/// names its message by identifier and its signal by name. If several messages or signals have the same
+/// identifier or name, the section applies to all of them.
 ///
 /// Comments, receivers, relations (BA_REL_) and most attributes are not stored. The reader checks their
-/// syntax, and that their objects and attributes exist. A malformed comment or definition of such an
-/// attribute (CM_, BA_DEF_) gives a warning and is skipped.
+/// syntax, and that their objects and attributes exist. A malformed comment (CM_), or a malformed definition
+/// (BA_DEF_) of an attribute that is not stored, gives a warning and is skipped.
 class Reader {
  public:
   explicit Reader(std::string_view text) : cursor_(text) {}
 
-  /// Throws ParseError.
+  /// Reads the whole text. Throws ParseError.
   Database read();
 
   /// An irregularity that the reader accepts, with its position in the text.
   using Warning = std::pair<const char*, std::string>;
-  std::vector<Warning>& warnings() { return warnings_; }  ///< the stored warnings of read()
+  std::vector<Warning>& warnings() { return warnings_; }  ///< warnings of read()
 
  private:
-  /// The names of a message and of its signals as views into the text. They also give the positions of the
-  /// signals.
+  /// The names of a message and of its signals, as views into the text. A view also gives the position of the
+  /// name for a warning.
   struct MessageText {
     std::string_view name;
     std::vector<std::string_view> signals;
     std::multimap<std::string_view, std::size_t> signal_by_name;
-    std::optional<bool> fd;        ///< from the message's own VFrameFormat
-    std::optional<bool> switches;  ///< from the message's own CANFD_BRS
+    std::optional<bool> fd;        ///< meaning of the message's VFrameFormat; nullopt if it has none
+    std::optional<bool> switches;  ///< meaning of the message's CANFD_BRS; nullopt if it has none
   };
 
-  /// The object of a comment or of an attribute.
+  /// The object that a comment or an attribute applies to.
   struct Subject {
     std::string_view kind;  ///< "" the network, "BU_" a node, "BO_" a message, "SG_" a signal, "EV_" an
                             ///< environment variable
     std::string_view name;  ///< name of the node, the signal or the environment variable
-    std::string_view id;    ///< identifier of the message
+    std::string_view id;    ///< identifier of the message, if `kind` is "BO_" or "SG_"
   };
 
-  /// A number or a text.
+  /// The value of an attribute: a number or a text.
   struct Value {
     std::string_view token;
     bool is_text = false;
@@ -81,7 +84,7 @@ class Reader {
 
   struct Attribute {
     std::string_view type;                ///< INT, HEX, FLOAT, STRING or ENUM
-    std::vector<std::string_view> items;  ///< the names of an ENUM
+    std::vector<std::string_view> items;  ///< value names of an ENUM; minimum and maximum of a number
     std::optional<Value> default_value;
   };
 
@@ -95,13 +98,13 @@ class Reader {
   void note(std::string_view at, std::string what);
   static void need_room(std::size_t count, std::size_t most, std::string_view at, const char* of);
 
-  // Network
+  // Functions for the sections about the whole network
   void version();
   void new_symbols();
   void bit_timing();
   void nodes();
 
-  // Messages
+  // Functions for messages (BO_) and their signals (SG_)
   void message();
   void signal();
   void read_coding(Signal& signal, const std::string& of);
@@ -114,7 +117,7 @@ class Reader {
   static void find_switch(Message& message);
   void note_overlaps(const Message& message, const MessageText& text);
 
-  // Sections with details about messages and signals
+  // Functions for the sections with details about messages and signals
   Subject subject();
   void comment();
   Names value_names();
@@ -126,7 +129,7 @@ class Reader {
   void set_multiplexing(std::string_view id, std::string_view switched, std::string_view by,
                         const Ranges& ranges);
 
-  // Attributes
+  // Functions for the sections about attributes
   void definition();
   Value value();
   void attribute_default();
@@ -140,7 +143,8 @@ class Reader {
   static bool switches(const Value& brs);
   void set_frame_formats();
 
-  // Search by identifier and name. `bytes` is the size of the copy that `act` makes for each object.
+  // Functions that call `act` for each object with a given identifier and name. `bytes`: the size of the copy
+  // that `act` makes for each object.
   void count_copies(std::string_view at, std::size_t bytes);
   template <class Do>
   void for_objects(const Subject& subject, std::size_t bytes, Do&& act);
@@ -152,12 +156,13 @@ class Reader {
   Cursor cursor_;
   Database database_;
   std::vector<Warning> warnings_;
-  std::vector<MessageText> texts_;                 ///< one for each message
-  bool in_message_ = false;                        ///< a signal line may follow
-  bool in_left_out_ = false;                       ///< the signal lines belong to a message that is left out
-  std::optional<std::uint64_t> left_out_;          ///< identifier of Vector's pseudo-message without a frame
-  std::vector<std::function<void()>> details_;     ///< functions that apply after the last line
-  std::vector<std::function<void()>> long_names_;  ///< functions that apply after details_
+  std::vector<MessageText> texts_;                 ///< texts of each message in database_.messages
+  bool in_message_ = false;                        ///< true while signal lines (SG_) may follow
+  bool in_left_out_ = false;                       ///< true while signal lines belong to message left_out_
+  std::optional<std::uint64_t> left_out_;          ///< identifier of Vector's pseudo-message, which has no
+                                                   ///< frame and is not stored
+  std::vector<std::function<void()>> details_;     ///< functions that apply details, after the last line
+  std::vector<std::function<void()>> long_names_;  ///< functions that set long names, after details_
   std::size_t copied_ = 0;
   // The maps are trees, because a hostile file can choose keys for which each search in a hash table is slow.
   std::map<std::string_view, std::string> nodes_;  ///< long name of each node; empty if it has none
@@ -191,8 +196,8 @@ void Reader::for_signals(std::string_view id, std::string_view name, std::size_t
   });
 }
 
-/// Calls `act` with a message, a signal or the long name of a node. Ignores the network and environment
-/// variables, because the database does not store them.
+/// Calls `act` with each message or signal that `subject` means, or with the long name of its node. Does
+/// nothing for the network and for environment variables, because the database does not store them.
 template <class Do>
 void Reader::for_objects(const Subject& subject, std::size_t bytes, Do&& act) {
   if (subject.kind == "BO_") {

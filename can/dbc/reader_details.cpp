@@ -18,7 +18,7 @@ std::size_t bytes_of(const std::map<std::int64_t, std::string>& names) {
   return bytes;
 }
 
-/// Returns the same values as ranges that ascend and do not overlap.
+/// Returns ranges that contain the same values, ascend and do not overlap.
 std::vector<Multiplexing::Range> disjoint(std::vector<Multiplexing::Range> ranges) {
   std::ranges::sort(ranges, std::less<>{}, &Multiplexing::Range::low);
   std::vector<Multiplexing::Range> result;
@@ -34,15 +34,16 @@ std::vector<Multiplexing::Range> disjoint(std::vector<Multiplexing::Range> range
 
 }  // namespace
 
-/// Returns true for the value of VFrameFormat that means CAN FD: an ENUM with names, or an INT with Vector's
-/// numbers.
+/// Returns true if this value of the attribute VFrameFormat means CAN FD. The value is the name of an ENUM
+/// item, which ends in FD for CAN FD, or one of Vector's numbers.
 bool Reader::is_fd(const Value& format) {
   const auto number = format.is_text ? std::nullopt : to_real(format.token);
   if (!number) return format.token.ends_with("FD");
   return *number == 14.0 || *number == 15.0;  // StandardCAN_FD, ExtendedCAN_FD
 }
 
-/// Returns true if CANFD_BRS is not 0. It is an ENUM of "0" and "1", or an INT.
+/// Returns true if the value of the attribute CANFD_BRS is not 0. The attribute is an ENUM of "0" and "1", or
+/// an INT.
 bool Reader::switches(const Value& brs) { return to_real(brs.token) != 0.0; }
 
 Reader::Subject Reader::subject() {
@@ -65,7 +66,8 @@ void Reader::comment() {
   details_.emplace_back([this, of] { for_objects(of, 0, [](const auto&) {}); });
 }
 
-/// Reads value names. A raw value above the signed range means the signed value with the same 64 bits.
+/// Reads pairs of a raw value and its name. A raw value above the range of std::int64_t is stored as the
+/// signed value with the same 64 bits.
 Reader::Names Reader::value_names() {
   Names names;
   for (std::size_t count = 0; const auto raw = cursor_.take_number(); ++count) {
@@ -89,7 +91,8 @@ void Reader::value_table() {
   need_semicolon();
 }
 
-/// Reads the value names of a signal, or of an environment variable, which has no message.
+/// Reads the value names of a signal (VAL_). Skips the value names of an environment variable, whose section
+/// has a name instead of a message identifier.
 void Reader::values() {
   const std::string_view id = cursor_.need_word(message_id);
   const bool is_variable =
@@ -121,8 +124,8 @@ void Reader::set_values(std::string_view id, std::string_view signal, std::strin
   });
 }
 
-/// Reads a value type. The signal length decides between float and double, because real files confuse the
-/// two.
+/// Reads the value type of a signal (SIG_VALTYPE_). The signal length decides between float and double,
+/// because real files confuse the two types.
 void Reader::value_type() {
   const std::string_view id = cursor_.need_number(message_id);
   const std::string_view signal = cursor_.need_word(signal_name);
@@ -174,7 +177,7 @@ void Reader::set_multiplexing(std::string_view id, std::string_view switched, st
   for_messages(id, bytes_of_an_entry * ranges.size(), [&](std::size_t index) {
     Message& message = database_.messages[index];
     const auto& signals = texts_[index].signal_by_name;
-    const auto found_switch = signals.find(by);  // the first of this name
+    const auto found_switch = signals.find(by);  // the first signal of this name
     const auto [first, last] = signals.equal_range(switched);
     if (first == last || found_switch == signals.end()) {
       const std::string_view missing = first == last ? switched : by;
@@ -192,14 +195,14 @@ void Reader::set_multiplexing(std::string_view id, std::string_view switched, st
 }
 
 void Reader::definition() {
-  cursor_.take_word();  // skips the kind of object
+  cursor_.take_word();  // skips the kind of object, such as BO_
   const std::string name = unescaped(cursor_.need_quoted(attribute_name, longest_name));
   constexpr const char* any_type = "INT, HEX, FLOAT, STRING or ENUM";
   constexpr std::array<std::string_view, 5> types = {"INT", "HEX", "FLOAT", "STRING", "ENUM"};
   Attribute attribute{cursor_.need_word(any_type), {}, {}};
   if (std::ranges::find(types, attribute.type) == types.end())
     throw ParseError{attribute.type.data(), cited(attribute.type), any_type};
-  while (cursor_.next() != ';' && !cursor_.at_end()) {  // the names of an ENUM; the range of a number
+  while (cursor_.next() != ';' && !cursor_.at_end()) {  // names of an ENUM, or the limits of a number
     const auto item =
         cursor_.next() == '"' ? cursor_.need_quoted(quoted_text, longest_name) : cursor_.take_number();
     if (!item) break;
@@ -230,8 +233,8 @@ void Reader::attribute_default() {
   });
 }
 
-/// Reads an attribute. A name of more than 32 characters is shortened in the file; an attribute has the whole
-/// name.
+/// Reads the value of an attribute (BA_). In the file, a name of more than 32 characters is shortened; an
+/// attribute of the object, such as SystemSignalLongSymbol, has the whole name.
 void Reader::attribute() {
   const std::string_view name = cursor_.need_quoted(attribute_name, longest_name);
   const Subject of = subject();
@@ -267,7 +270,8 @@ void Reader::set_long_name(const Subject& subject, std::string_view name) {
   });
 }
 
-/// Reads the attribute of a node combined with a message, a signal or an environment variable.
+/// Reads an attribute of a pair (BA_REL_): a node, and a message, a signal or an environment variable. The
+/// value is checked but not stored.
 void Reader::relation() {
   const std::string_view name = cursor_.need_quoted(attribute_name, longest_name);
   const std::string_view kind = cursor_.need_word("BU_SG_REL_, BU_BO_REL_ or BU_EV_REL_");
@@ -287,8 +291,8 @@ void Reader::relation() {
   });
 }
 
-/// Interprets a value by the attribute's definition: as a text or a number; replaces the number of an ENUM
-/// item by its name.
+/// Interprets the value of an attribute as a text or a number, according to the definition of the attribute.
+/// Replaces the number of an ENUM item by the name of the item.
 Reader::Value Reader::known_value(std::string_view name, const Value& value) {
   const auto found = attributes_.find(unescaped(name));
   if (found == attributes_.end()) {
@@ -305,7 +309,7 @@ Reader::Value Reader::known_value(std::string_view name, const Value& value) {
   return value;
 }
 
-/// Replaces the senders, which are node names, by the long names of the nodes.
+/// Replaces the sender of each message by the long name of this node, if the node has a long name.
 void Reader::name_senders() {
   std::map<std::string, const std::string*> names;
   for (const auto& [name, long_name] : nodes_)
@@ -338,7 +342,8 @@ void Reader::note_repeated_long_names() {
   }
 }
 
-/// Sets the frame format of each message from the attribute, else from its default, else from the length.
+/// Sets the frame format of each message (CAN or CAN FD) from its attribute VFrameFormat. Without this
+/// attribute, the default of VFrameFormat applies; without a default, the message length.
 void Reader::set_frame_formats() {
   const auto by_default = [this](const char* name, auto meaning) -> std::optional<bool> {
     const auto defined = attributes_.find(name);

@@ -1,4 +1,5 @@
-// Packs and unpacks one signal. The constructor prepares the layout from the DBC; packing uses no strings.
+// Packs and unpacks one signal of a payload. The constructor prepares the layout from the DBC, so that
+// packing and unpacking are fast.
 #pragma once
 
 #include <cstdint>
@@ -8,31 +9,32 @@
 
 namespace hystcan::can {
 
-/// Raw and physical access to one signal of a message:
+/// Reads and writes the raw or the physical value of one signal:
 ///
 ///   physical = raw * scale + offset
 class SignalCodec {
  public:
-  /// Throws std::invalid_argument if the signal does not have 1..64 bits or the width of its value type.
+  /// Throws std::invalid_argument if the signal does not have 1 to 64 bits, or if an IEEE 754 signal does not
+  /// have the width of its value type.
   explicit SignalCodec(const Signal& signal);
 
-  /// Returns the integer, or the bits of an IEEE 754 number. The payload must contain the whole signal:
-  /// bytes_needed(signal).
+  /// Returns the raw value: an integer, or the bits of an IEEE 754 number. The payload must have at least
+  /// bytes_needed(signal) bytes.
   std::int64_t unpack_raw(std::span<const std::uint8_t> payload) const;
   double unpack(std::span<const std::uint8_t> payload) const;
 
   /// Writes the low `length` bits of `raw` and changes no other bit of the payload.
   void pack_raw(std::int64_t raw, std::span<std::uint8_t> payload) const;
 
-  /// Rounds to the nearest raw value. A value never wraps: the function returns false and does not change the
-  /// payload if `physical` is not finite, is outside the physical range, or does not fit into the signal's
-  /// bits. The range is widened by a millionth of the resolution, so that a value from unpack() can be packed
-  /// again. If the scale is 0, no value fits.
+  /// Writes `physical`, rounded to the nearest raw value. A value never wraps: the function returns false and
+  /// does not change the payload if `physical` is not finite, is outside the physical range, or does not fit
+  /// into the bits of the signal. For an integer signal, the range is widened by a millionth of the
+  /// resolution, so that a value from unpack() can be packed again. If the scale is 0, no value fits.
   [[nodiscard]] bool pack(double physical, std::span<std::uint8_t> payload) const;
 
-  double minimum() const { return minimum_; }  ///< physical range that pack() accepts
+  double minimum() const { return minimum_; }  ///< lower limit of the physical values that pack() accepts
   double maximum() const { return maximum_; }
-  double resolution() const { return scale_; }  ///< only valid for an integer signal
+  double resolution() const { return scale_; }  ///< physical value of one raw step of an integer signal
   std::size_t first_byte() const { return placement_.first_byte; }
   /// Returns true if the signal consists of exactly `count` whole bytes.
   bool fills_bytes(unsigned count) const {
@@ -63,7 +65,7 @@ class SignalCodec {
   double offset_ = 0.0;
   double minimum_ = 0.0;
   double maximum_ = 0.0;
-  double accepted_from_ = 0.0;  ///< the physical range, widened for rounding
+  double accepted_from_ = 0.0;  ///< minimum_ and maximum_, widened for rounding errors
   double accepted_to_ = 0.0;
   double raw_low_ = 0.0;  ///< range of representable raw values
   double raw_high_ = 0.0;

@@ -17,7 +17,8 @@ constexpr std::array<char16_t, 32> windows_1252 = {
 
 unsigned at(std::string_view text, std::size_t i) { return static_cast<unsigned char>(text[i]); }
 
-/// Returns the length in bytes of the character at `i`; 0 if it is not well-formed UTF-8 (RFC 3629).
+/// Returns the length in bytes of the character at index `i`; 0 if this character is not well-formed UTF-8
+/// (RFC 3629).
 std::size_t character_bytes(std::string_view text, std::size_t i) {
   const unsigned lead = at(text, i);
   if (lead < 0x80) return 1;
