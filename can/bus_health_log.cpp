@@ -11,7 +11,8 @@
 namespace hystcan::can {
 namespace {
 
-// The totals include changes of state; the log has separate lines for them.
+// describe() writes all twelve counters. The log writes only the first eight: it has its own lines for
+// changes of state, and the causes of the error frames are among the first eight.
 constexpr std::array<BusTrouble, 12> troubles{{
     {"send_refused", "not sent: the queue was full or the interface was down", &BusCounters::send_refused},
     {"receive_lost", "lost in the kernel: the program read too slowly", &BusCounters::receive_lost},
@@ -101,7 +102,7 @@ BusHealthLog::BusHealthLog(std::string interface, Sink sink)
 BusHealthLog::~BusHealthLog() = default;
 
 void BusHealthLog::sample(const BusReport& report) {
-  ring_->reports.push(report);  // the counts are running totals: a full ring loses no event
+  ring_->reports.push(report);  // a full ring drops the report; the totals in the next report have its events
 }
 
 void BusHealthLog::write() {

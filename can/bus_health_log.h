@@ -15,7 +15,7 @@
 
 namespace hystcan::can {
 
-/// Allows one line per period and counts the events in between. The caller supplies the time.
+/// Limits a log to one line per period and counts the events between two lines. The caller supplies the time.
 class RateLimit {
  public:
   explicit RateLimit(double period_s = 1.0) : period_s_(period_s) {}
@@ -31,7 +31,7 @@ class RateLimit {
 };
 
 struct BusReport {
-  double time_s = 0.0;  ///< time since the start
+  double time_s = 0.0;  ///< time since the start of the run
   BusState state = BusState::active;
   Refusal refusal = Refusal::none;
   std::optional<ErrorCounters> error_counters;
@@ -40,8 +40,9 @@ struct BusReport {
 static_assert(std::is_trivially_copyable_v<BusReport>, "reports cross threads by plain copying");
 
 BusReport report_of(const Bus& bus, double time_s);
-/// Combines the reports of several connections to one interface: sums of the frames that they sent, received
-/// and lost; for error frames, which all connections receive, the largest count of each kind.
+/// Combines the reports of several connections to one interface. Adds the numbers of frames that the
+/// connections sent, received, did not send and lost. Takes the largest value of every other counter, because
+/// each connection receives the same error frames.
 BusReport report_of(std::span<const Bus* const> connections, double time_s);
 
 /// A counter of errors with its JSON key and its text.
@@ -55,9 +56,9 @@ std::span<const BusTrouble> bus_troubles();
 /// Returns `bus active: 5210 frames sent, 8120 received`, then every trouble whose count is above 0.
 std::string describe(const BusReport& report);
 
-/// The control thread calls sample(), which neither waits nor allocates. One other thread calls write().
-/// Each state and each trouble gives at most one line per second. The line contains the number of events
-/// since the previous line.
+/// Logs changes of the bus state and new errors. The control thread calls sample(), which neither waits nor
+/// allocates memory. One other thread calls write(). Each bus state and each counter of errors gives at most
+/// one line per second; the line contains the number of events since the previous line.
 class BusHealthLog {
  public:
   enum class Level : std::uint8_t { info, warning, error };
@@ -72,8 +73,9 @@ class BusHealthLog {
  private:
   void write(const BusReport& report);
 
-  static constexpr std::size_t logged_troubles = 8;  ///< the first 8 of bus_troubles(); the others are
-                                                     ///< changes of state and have their own lines
+  static constexpr std::size_t logged_troubles = 8;  ///< the first 8 of bus_troubles(); the others count
+                                                     ///< changes of state, which have their own lines, and
+                                                     ///< error frames, whose causes are among the first 8
   static constexpr std::size_t state_count = 5;
 
   struct Ring;  // keeps Boost's headers out of this header

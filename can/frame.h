@@ -1,4 +1,5 @@
-// One CAN frame as on the wire: identifier without flag bits, frame kind, payload.
+// One CAN frame: identifier, frame kind, payload. The flag bits of SocketCAN's identifier are separate
+// members.
 #pragma once
 
 #include <array>
@@ -10,8 +11,8 @@ namespace hystcan::can {
 
 enum class FrameKind : std::uint8_t { data, remote, fd, error };
 
-/// The flags of an FD frame, as in linux/can.h: the data phase uses the data bit rate (BRS); the sender is
-/// error-passive (ESI).
+/// Flags of an FD frame, with the values of linux/can.h. Bit-rate switch (BRS): the data phase uses the data
+/// bit rate. Error state (ESI): the sender is error-passive.
 inline constexpr std::uint8_t fd_bit_rate_switch = 1;
 inline constexpr std::uint8_t fd_error_state = 2;
 
@@ -20,7 +21,7 @@ struct Frame {
   bool extended = false;
   FrameKind kind = FrameKind::data;
   std::uint8_t length = 0;    ///< payload bytes: 0..8, or up to 64 if `kind` is fd
-  std::uint8_t fd_flags = 0;  ///< 4 bits as in linux/can.h, if `kind` is fd
+  std::uint8_t fd_flags = 0;  ///< used only if `kind` is fd: fd_bit_rate_switch, fd_error_state
   std::array<std::uint8_t, 64> data{};
 
   std::span<std::uint8_t> payload() { return {data.data(), length}; }
@@ -29,7 +30,8 @@ struct Frame {
   friend bool operator==(const Frame&, const Frame&) = default;
 };
 
-/// Returns the arbitration field as a number, in the order of its bits on the wire. The lowest number wins.
+/// Returns the arbitration field as a number, with its bits in wire order. The frame with the lowest number
+/// wins arbitration.
 std::uint32_t arbitration_key(std::uint32_t id, bool extended, bool remote = false);
 
 /// Returns true if the identifier fits into 11 bits, or into 29 bits if `extended`.
@@ -42,7 +44,8 @@ inline constexpr std::array<std::uint8_t, 7> fd_lengths{12, 16, 20, 24, 32, 48, 
 /// the next CAN FD length.
 std::uint8_t wire_length(std::uint8_t message_length);
 
-/// Returns the kind of frame that carries a message of this length: with `fd`, always CAN FD.
+/// Returns the kind of frame that carries a message of this length: CAN FD if the message has more than 8
+/// bytes or `fd` is true, else a classical data frame.
 FrameKind wire_kind(std::size_t message_length, bool fd = false);
 
 }  // namespace hystcan::can

@@ -7,9 +7,10 @@
 namespace hystcan::can {
 namespace {
 
-// The stuffed part of a frame is packed into whole bytes; padding bits fill the front of the first byte. The
-// padding alternates and ends recessive, like an idle bus, so that it causes no stuff bit. The CRC starts at
-// 0 and treats the padding as zeros.
+// The functions below process the part of a frame that has stuff bits in whole bytes. Padding bits fill the
+// front of its first byte. For the stuff bits, the padding alternates and ends recessive, like an idle bus,
+// so that it causes no stuff bit. For the CRC, the padding is zeros, which do not change a CRC that starts at
+// 0.
 
 constexpr unsigned end_bits = 9 + interframe_bits;  // ACK slot and delimiter, end of frame, interframe space
 
@@ -25,11 +26,11 @@ constexpr std::array<std::uint16_t, 256> make_crc15_table() {
 }
 constexpr auto crc15_table = make_crc15_table();
 
-// The state of a stuffing transmitter: the last bit, and the length of the run of equal bits that ends with
-// it, 1..4.
+// The result of sending one byte. The state of a transmitter that inserts stuff bits consists of the last bit
+// (0 or 1) and of the run length: the number of equal bits at the end of the sent bits, 1..4.
 struct Stuffing {
-  std::uint8_t state;  // 4 * bit + run - 1
-  std::uint8_t stuffed;
+  std::uint8_t state;    // state after the byte: 4 * last bit + run length - 1
+  std::uint8_t stuffed;  // number of stuff bits inserted within the byte
 };
 constexpr unsigned stuffing_states = 8;
 
@@ -71,7 +72,7 @@ class StuffCounter {
   bool ends_stuffed(unsigned bit) const { return state_ / 4U != bit; }
 
  private:
-  std::uint8_t state_ = 4;  ///< the recessive bit of an idle bus
+  std::uint8_t state_ = 4;  ///< Stuffing::state of an idle bus: last bit recessive, run length 1
   unsigned count_ = 0;
 };
 
@@ -80,7 +81,8 @@ struct Header {
   unsigned length;
 
   unsigned bytes() const { return (length + 7) / 8; }
-  /// The alternating padding. Its bits beyond the last byte are not sent.
+  /// Returns alternating bits in front of the header bits. They fill the first byte of bytes(); the caller
+  /// ignores the bits beyond this byte.
   std::uint64_t padding() const { return 0x55ULL << length; }
 };
 
@@ -107,7 +109,8 @@ FrameBits classical_bits(const Frame& frame) {
   }
   const std::size_t bytes = frame.kind == FrameKind::remote ? 0 : std::min<std::size_t>(frame.length, 8);
   for (std::size_t i = 0; i < bytes; ++i) add(frame.data[i], frame.data[i]);
-  const unsigned tail = crc << 1U | (~crc & 1U);  // the last bit fills the byte and causes no stuff bit
+  // The CRC has 15 bits. Bit 16 fills the byte: it differs from the last CRC bit and so causes no stuff bit.
+  const unsigned tail = crc << 1U | (~crc & 1U);
   stuffing.add(static_cast<std::uint8_t>(tail >> 8U));
   stuffing.add(static_cast<std::uint8_t>(tail));
   const auto content_bits = static_cast<unsigned>(header.length + 8 * bytes + 15);
@@ -120,13 +123,14 @@ std::uint64_t fd_length_code(std::uint8_t length) {
   return length <= 8 ? length : 9 + static_cast<std::uint64_t>(place);
 }
 
-/// The bits of the header after `res`: BRS, ESI, length code.
+/// Number of header bits after the reserved bit `res`: bit-rate switch (BRS), error state (ESI) and four bits
+/// of the length code.
 constexpr unsigned fd_control_bits = 6;
 
 Header fd_header(const Frame& frame) {
   const std::uint64_t id = frame.id;
   const auto flags = static_cast<unsigned>(frame.fd_flags);
-  const std::uint64_t control = std::uint64_t{1} << 7U |  // FDF, res
+  const std::uint64_t control = std::uint64_t{1} << 7U |  // FDF (FD format) is 1, the next bit (res) is 0
                                 ((flags & fd_bit_rate_switch) != 0 ? 1U << 5U : 0U) |
                                 ((flags & fd_error_state) != 0 ? 1U << 4U : 0U) |
                                 fd_length_code(wire_length(frame.length));
@@ -152,14 +156,15 @@ FrameBits fd_bits(const Frame& frame) {
     last = i < frame.length ? frame.data[i] : std::uint8_t{0};
     stuffing.add(last);
   }
-  // The first fixed stuff bit replaces the stuff bit that the last data bit would need.
+  // The stuff count begins with a fixed stuff bit. It replaces the stuff bit that the last data bit may need.
   const unsigned stuffed = stuffing.count() - (stuffing.ends_stuffed(last & 1U) ? 1 : 0);
   const unsigned checked_bits = length <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;  // stuff count, CRC, fixed stuff bits
   const unsigned switched_bits = fd_control_bits - 1 + 8U * length + checked_bits + 1;  // 1: CRC delimiter
   const unsigned head_bits = header.length - (fd_control_bits - 1);
   if ((frame.fd_flags & fd_bit_rate_switch) == 0)
     return {.head = head_bits + stuffed + switched_bits + end_bits};
-  // `res` is dominant between two recessive bits: no stuff bit follows `res` or BRS.
+  // The reserved bit `res` is dominant; the bits before it (FDF) and after it (BRS) are recessive. Therefore
+  // no stuff bit follows `res` or BRS.
   StuffCounter head_stuffing;
   add({header.bits >> fd_control_bits, header.length - fd_control_bits}, head_stuffing);
   return {.head = head_bits + head_stuffing.count(),

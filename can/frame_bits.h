@@ -1,14 +1,15 @@
 // The bits of a frame on the wire, and the time that they take (ISO 11898-1).
 //
-// A CAN FD frame with bit-rate switch has a data phase, which uses the data bit rate:
+// A CAN FD frame with bit-rate switch and a payload of n bytes has three phases. The data phase uses the data
+// bit rate:
 //
 //   nominal   start of frame, identifier, RRS, IDE, FDF, res, BRS        17 bits, 36 if extended
-//   data      ESI, length code, payload, stuff count, CRC 17 or 21,      8 n + 5 + 28, or + 33 above 16 bytes
-//             fixed stuff bits, CRC delimiter
+//   data      ESI, length code, payload, stuff count, CRC 17 or 21,      5 + 8 n + 28 bits if n <= 16,
+//             fixed stuff bits, CRC delimiter                            5 + 8 n + 33 bits if n > 16
 //   nominal   ACK slot and delimiter, end of frame, interframe space     12 bits
 //
-// Each phase also contains its dynamic stuff bits. The bit rate switches within BRS and within the CRC
-// delimiter, at their sample points; together, these two bits take one nominal and one data bit time.
+// The dynamic stuff bits of each phase are additional. The bit rate changes at the sample point of the bit
+// BRS and of the CRC delimiter; together, these two bits take one nominal and one data bit time.
 #pragma once
 
 #include <cstdint>
@@ -29,7 +30,7 @@ struct BitRates {
 /// Interframe space after every frame, in bits.
 inline constexpr unsigned interframe_bits = 3;
 
-/// The number of bits in a frame or in its first part, stuff bits included.
+/// The number of bits in a frame or in its first part, by bit rate. Stuff bits are included.
 struct BitCount {
   unsigned nominal = 0;
   unsigned data = 0;  ///< bits in the data phase of a frame with bit-rate switch
@@ -44,12 +45,12 @@ struct FrameBits {
   unsigned tail = 0;
 
   unsigned total() const { return head + data + tail; }
-  /// Counts the first `bits` bits of the frame.
+  /// Returns how many of the first `bits` bits of the frame are sent at each bit rate.
   BitCount first(unsigned bits) const;
   BitCount all() const { return {.nominal = head + tail, .data = data}; }
 };
 
-/// Counts the bits of the frame, with the stuff bits that its content causes.
+/// Counts the bits of the frame, including the stuff bits that its content causes.
 FrameBits frame_bits(const Frame& frame);
 
 /// Returns the time that the bits take, rounded up to the next nanosecond. If the data bit rate is 0, all
