@@ -17,7 +17,7 @@
 namespace hystcan::can {
 namespace {
 
-constexpr std::size_t longest_line = 512;  // an FD frame with dots needs 260
+constexpr std::size_t longest_line = 512;  // characters; a line with an FD frame needs at most 260
 constexpr std::size_t longest_interface = 64;
 constexpr std::size_t classical_bytes = 8;
 constexpr std::uint8_t drop_mark = 'L';
@@ -36,13 +36,13 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 /// Returns true for printable ASCII except a blank; char may be signed or unsigned.
 bool is_word(char c) { return c > ' ' && c < '\x7F'; }
 
-/// The first error in a line; `at` counts from 0.
+/// The first error in a line. `at`: position of the wrong character in the line, counted from 0.
 struct LineError {
   std::size_t at;
   std::string expected;
 };
 
-/// Parses a line from left to right.
+/// Parses one line of a log from left to right.
 class Line {
  public:
   explicit Line(std::string_view text) : text_(text) {}
@@ -140,8 +140,8 @@ class Line {
       if (!is_hex(peek())) refuse(at_, "the flags of an FD frame, one hexadecimal digit");
       const auto flags = static_cast<std::uint8_t>(hex_value(text_[at_++]));
       if (frame.kind == FrameKind::error)
-        return bytes(frame, classical_bytes);  // written by python-can on a
-                                               // CAN FD bus
+        return bytes(frame, classical_bytes);  // error frame as python-can
+                                               // writes it on a CAN FD bus
       frame.kind = FrameKind::fd;
       frame.fd_flags = flags;
       bytes(frame, frame.data.size());
@@ -202,8 +202,8 @@ std::string quoted(std::string_view line, std::size_t at) {
   return text.data();
 }
 
-/// Returns 12 for `DROPCOUNT: dropped 12 CAN frames on 'can0' socket (total drops 34)`; nullopt for any other
-/// line.
+/// Returns the number of lost frames in a line of `candump -d`: 12 for `DROPCOUNT: dropped 12 CAN frames on
+/// 'can0' socket (total drops 34)`. Returns nullopt for any other line.
 std::optional<std::uint64_t> drops_counted_by(std::string_view line) {
   constexpr std::string_view before = "DROPCOUNT: dropped ";
   if (!line.starts_with(before)) return std::nullopt;
@@ -216,7 +216,7 @@ std::optional<std::uint64_t> drops_counted_by(std::string_view line) {
   return drops;
 }
 
-/// A log format of another program, detected by the first line.
+/// A log format of another program: the text at its beginning, its name, and the command that converts it.
 struct OtherLog {
   std::string_view begin, kind, converter;
 };
@@ -227,7 +227,8 @@ constexpr OtherLog other_logs[] = {
     {"base dec", "Vector (ASC)", of_vector},    {"LOGG", "Vector (BLF)", of_python},
     {";$FILEVERSION", "PEAK (TRC)", of_python}, {"MDF     ", "ASAM (MF4)", of_python}};
 
-/// Returns the problem if the first line shows that the file is not a candump log; empty if it may be one.
+/// Checks the first line of a file. Returns an error text if the file is not a candump log, else an empty
+/// text.
 std::string refusal_of_file(std::string_view text) {
   if (const std::string_view other = refusal_of_encoding(text); !other.empty()) return std::string(other);
   for (const OtherLog& log : other_logs)
@@ -237,13 +238,14 @@ std::string refusal_of_file(std::string_view text) {
   return {};
 }
 
-/// Returns true if zeros fill the rest of the stream; a file system leaves them after a power failure.
+/// Returns true if zero bytes fill the end of `line` and the rest of the stream. A file system may leave such
+/// bytes at the end of a file after a power failure.
 bool ends_in_zeros(std::istream& stream, std::string_view line) {
   const std::size_t zero = line.find('\0');
   if (zero == std::string_view::npos || line.find_first_not_of('\0', zero) != std::string_view::npos)
     return false;
   if (stream.eof()) return true;
-  constexpr std::size_t most = 1 << 20;  // /dev/zero has no end
+  constexpr std::size_t most = 1 << 20;  // limits the search: /dev/zero has no end
   stream.clear();
   for (std::size_t n = 0; n < most; ++n) {
     const int c = stream.get();
@@ -270,7 +272,7 @@ std::optional<LoggedFrame> CandumpReader::next() {
       throw Error({name_, line_, at + 1}, fmt::format("found {}", found), {.expected = expected});
     };
     if (stream_.bad()) throw Error(name_, "cannot be read");
-    if (!stream_.eof() && !stream_.fail()) --size;  // the line end is counted, too
+    if (!stream_.eof() && !stream_.fail()) --size;  // gcount() includes the line end
     if (line_ == 1)
       if (const std::string other = refusal_of_file({buffer.data(), size}); !other.empty())
         throw Error({name_, 1, 1}, other);

@@ -5,7 +5,7 @@
 //   (1699876543.123456) can0 123#R5              remote, with the requested length (not written if it is 0)
 //   (1699876543.123456) can0 123##1AABB          FD: one digit of flags, then data
 //   (1699876543.123456) can0 20000004#0001...    error frame: 0x20000000 and the classes of linux/can/error.h
-//   (1699876543.123456) can0 123#11 R            with `candump -x`: received, or sent (T) by the same host
+//   (1699876543.123456) can0 123#11 R            written by `candump -x`: R received, T sent by this host
 //
 // The reader also accepts the following, and nothing else:
 //
@@ -31,7 +31,7 @@ namespace hystcan::can {
 enum class Direction : std::uint8_t { unstated, received, transmitted };
 
 struct LoggedFrame {
-  std::chrono::microseconds time{};  ///< since 1970-01-01 UTC; not negative
+  std::chrono::microseconds time{};  ///< time since 1970-01-01 UTC; not negative
   std::string interface;
   Frame frame;
   Direction direction = Direction::unstated;
@@ -39,16 +39,16 @@ struct LoggedFrame {
   friend bool operator==(const LoggedFrame&, const LoggedFrame&) = default;
 };
 
-/// Formats only the frame, as for cansend: `123#11223344`.
+/// Formats only the frame, as the program cansend expects it: `123#11223344`.
 std::string candump_frame(const Frame& frame);
 
-/// Formats one line, without the line end.
+/// Formats one line of a log, without the line end.
 std::string candump_line(const LoggedFrame& logged);
 
 /// Reads a log line by line, in constant memory.
 class CandumpReader {
  public:
-  /// `stream` must outlive the reader. Error messages call the file `name`.
+  /// `stream` must outlive the reader. `name`: the name of the file in error messages.
   CandumpReader(std::istream& stream, std::string name) : stream_(stream), name_(std::move(name)) {}
 
   /// Returns the next frame; nullopt at the end of the log. Omits a last line without a line end (a crash may
@@ -70,9 +70,9 @@ class CandumpReader {
   bool is_cut_ = false;
 };
 
-/// Returns a frame that reports that the recorder lost `lost` frames before it (24 bits; a larger number is
-/// reported as the maximum). The notice is not a comment, because python-can rejects comments, but an error
-/// frame:
+/// Returns the drop notice: a frame in the log that reports that the recorder lost `lost` frames before this
+/// notice. The number has 24 bits; a larger number is reported as the maximum. The notice is an error frame,
+/// because python-can rejects comments in a log:
 ///
 ///   class      CAN_ERR_CRTL
 ///   data[1]    1, receive overflow

@@ -28,7 +28,7 @@ std::optional<ErrorCounters> counters_in(const Frame& frame) {
   return std::nullopt;
 }
 
-using Word = std::pair<std::uint32_t, const char*>;  ///< a bit and its text
+using Word = std::pair<std::uint32_t, const char*>;  ///< a bit of linux/can/error.h and its text
 
 constexpr Word classes[] = {{CAN_ERR_TX_TIMEOUT, "transmission timed out"},
                             {CAN_ERR_LOSTARB, "arbitration lost"},
@@ -109,7 +109,7 @@ std::string describe_error(const Frame& frame) {
     text += ", arbitration lost in bit " + std::to_string(frame.data[0]);
   if ((frame.id & CAN_ERR_PROT) != 0 && frame.data[3] != CAN_ERR_PROT_LOC_UNSPEC)
     text += ", at place " + std::to_string(frame.data[3]);
-  // Older drivers, such as the SJA1000 driver, send the counters without their class.
+  // Older drivers, such as the SJA1000 driver, send error counters without the error class CAN_ERR_CNT.
   if ((frame.id & CAN_ERR_CNT) != 0 || frame.data[6] != 0 || frame.data[7] != 0)
     text += ", error counters: transmit " + std::to_string(frame.data[6]) + ", receive " +
             std::to_string(frame.data[7]);

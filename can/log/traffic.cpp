@@ -21,8 +21,9 @@ bool is_protected_as_ours(const Message& message) {
          crc->byte_order == ByteOrder::little_endian;
 }
 
-/// Returns nullopt if the protection is unknown. If several messages have the same name, the configuration
-/// applies to the first of them.
+/// Finds the signals for counter and CRC of a message. Returns nullopt if neither the configuration nor the
+/// signal names define them. If several messages have the same name, the configuration applies to the first
+/// message with this name.
 std::optional<Protection> find_protection(const Database& database, const Message& message,
                                           const Protections& configured) {
   if (message.length > max_frame_bytes) return std::nullopt;

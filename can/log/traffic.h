@@ -15,10 +15,10 @@
 
 namespace hystcan::can {
 
-/// The frames of one identifier.
+/// Statistics of the frames with one identifier.
 struct MessageTraffic {
   const Message* message = nullptr;  ///< null if the database has no such message
-  std::uint64_t count = 0;           ///< accepted and rejected frames
+  std::uint64_t count = 0;           ///< number of accepted and rejected frames
   std::array<std::uint64_t, rejection_count> rejected{};
   std::chrono::microseconds last{};
   std::optional<LoggedFrame> newest;  ///< the last accepted frame
@@ -28,30 +28,34 @@ struct MessageTraffic {
   std::optional<double> jitter_ms;
 };
 
-/// Counts frames and compares them with a database. An E2eChecker checks each message with known protection:
-/// from the configuration or, if it has none, from the signals `Counter` and `Crc` of our protocol (with the
-/// CRC in the last byte). For any other message, only kind and length are checked. A frame with the
-/// identifier of a checked message but the wrong identifier type counts for that message.
+/// Counts the frames on a bus by message, and checks each frame against a database.
+///
+/// A message may have a counter and a CRC. The configuration defines them; for a message that the
+/// configuration does not contain, the signals `Counter` and `Crc` define them if `Crc` is the last byte. An
+/// E2eChecker checks the frames of such a message. For any other message, only kind and length of a frame are
+/// checked. If a frame has the identifier of a message with an E2eChecker, but the wrong identifier type, it
+/// counts for that message.
 class Traffic {
  public:
-  using Key = std::pair<bool, std::uint32_t>;  ///< extended, identifier
+  using Key = std::pair<bool, std::uint32_t>;  ///< true if the identifier has 29 bits; the identifier
 
-  /// The database must outlive this object. `configured` is the protection of each message, by message name.
+  /// The database must outlive this object. `configured`: the counter and CRC of messages, by message name.
   explicit Traffic(const Database& database, const Protections& configured = {});
 
   void add(const LoggedFrame& logged);
-  /// Ends a period: rates and jitter are now the values of this period.
+  /// Ends a period, which has the given length. The members for rate and jitter then have the values of this
+  /// period.
   void end_period(std::chrono::duration<double> period);
 
   const std::map<Key, MessageTraffic>& messages() const { return messages_; }
   std::uint64_t frames() const { return frames_; }
   std::uint64_t error_frames() const { return error_frames_; }
   double rate_Hz() const { return rate_Hz_; }
-  std::optional<BusState> state() const { return state_; }  ///< taken from the error frames
+  std::optional<BusState> state() const { return state_; }  ///< from error frames
   std::optional<ErrorCounters> error_counters() const { return error_counters_; }
 
  private:
-  /// Statistics of the intervals between frames since the start of the period.
+  /// Statistics of the intervals between the frames of one message since the start of the period.
   struct Period {
     std::uint64_t frames = 0;
     std::uint64_t intervals = 0;
