@@ -10,13 +10,13 @@
 //
 // docs/protocol/frames.md lists the number of bit errors that each CRC detects at each length.
 //
-// The data id is one of these:
+// The data id has one of these kinds:
 //
-//   identifier   low byte first; two bytes if standard, four bytes if extended
-//   number       two bytes, low byte first
-//   none         no bytes
+//   identifier   the CAN identifier, low byte first; two bytes for 11 bits, four bytes for 29 bits
+//   number       a configured number of two bytes, low byte first
+//   none         no data id: the CRC covers only the payload
 //
-// The counter runs through all values of its signal.
+// The counter runs through all values of its signal, then starts again at 0.
 #pragma once
 
 #include <array>
@@ -37,9 +37,9 @@ constexpr auto words(Crc) { return std::to_array<std::string_view>({"SAE-J1850",
 constexpr unsigned bytes_of(Crc crc) { return crc == Crc::crc16 ? 2 : 1; }
 /// Returns the default CRC of a message of this length, in bytes.
 constexpr Crc usual_crc(std::size_t length) { return length > 8 ? Crc::crc16 : Crc::sae_j1850; }
-/// Returns the maximum number of frame bytes, without the CRC bytes, in which the CRC detects every pair of
-/// wrong bits. With more bytes the Hamming distance is 2, because frame and CRC are longer than the period of
-/// the polynomial: 255, 127 or 32767 bits.
+/// Returns the maximum length of a frame, in bytes without the CRC, at which the CRC detects every two wrong
+/// bits. The bits of a longer frame and its CRC exceed the period of the polynomial (255, 127 or 32767 bits),
+/// so that the CRC does not detect some pairs of wrong bits.
 constexpr unsigned most_bytes_guarded(Crc crc) {
   return std::array{30U, 14U, 4093U}[static_cast<std::size_t>(crc)];
 }
@@ -48,7 +48,7 @@ std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes);
 std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes);
 std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 
-/// The bytes that the CRC covers before the payload.
+/// The data id: bytes that the CRC covers in addition, before the payload.
 struct DataId {
   enum class Kind : std::uint8_t { identifier, number, none };
   Kind kind = Kind::identifier;
@@ -58,8 +58,8 @@ constexpr auto words(DataId::Kind) {
   return std::to_array<std::string_view>({"identifier", "data_id", "payload"});
 }
 
-/// The signals of counter and CRC in a message; either may be missing. The CRC fills bytes_of(polynomial)
-/// bytes.
+/// The protection of a message: its signals for counter and CRC, of which each may be missing. The CRC signal
+/// fills bytes_of(polynomial) whole bytes.
 struct Protection {
   std::optional<SignalCodec> counter{};
   std::optional<SignalCodec> crc{};
@@ -70,10 +70,10 @@ struct Protection {
   std::uint16_t crc_of(const Frame& frame) const;
 };
 
-/// The protection of each message, by message name.
+/// The protection of messages (counter and CRC), by message name.
 using Protections = std::map<std::string, Protection, std::less<>>;
 
-/// The sender's side: writes the next counter value and the CRC into a frame.
+/// Protects the frames of a sender: writes the next counter value and the CRC into each frame.
 class E2eProtector {
  public:
   explicit E2eProtector(const Protection& protection) : protection_(protection) {}
@@ -96,21 +96,22 @@ constexpr std::string_view to_string(Rejection rejection) {
                                           "repeated counter"})[static_cast<std::size_t>(rejection)];
 }
 
-/// The receiver's side: accepts a frame or returns the reason for rejection. Each reason has its own count.
+/// Checks the frames of a receiver: accepts a frame or returns the reason for its rejection. Counts the
+/// rejected frames by reason.
 class E2eChecker {
  public:
-  /// `length` is the length of the message. `extended`: the message has a 29-bit identifier. `fd`: the
-  /// message is CAN FD even if it has at most 8 bytes.
+  /// `length`: bytes of the message. `extended`: the message has a 29-bit identifier. `fd`: the message is
+  /// CAN FD even if it has at most 8 bytes.
   E2eChecker(const Protection& protection, std::uint8_t length, bool extended, bool fd = false);
 
-  /// Checks a frame. Returns nullopt if it is accepted. The checks run in the order of `Rejection`; the first
-  /// failure is returned.
+  /// Checks a frame. Returns nullopt if the frame is accepted, else the first failed check. The checks run in
+  /// the order of the enumerators of `Rejection`.
   std::optional<Rejection> check(const Frame& frame);
 
   std::uint64_t rejected(Rejection cause) const { return rejected_[static_cast<std::size_t>(cause)]; }
   std::uint64_t accepted() const { return accepted_; }
 
-  /// Clears the last counter value, because the node restarted. The next frame may have any counter value.
+  /// Clears the last counter value. Call after the sender restarted: its next frame may have any counter.
   void restart() { last_counter_.reset(); }
 
  private:
@@ -131,7 +132,8 @@ struct RejectedFrames {
   std::array<std::uint64_t, rejection_count> by_cause{};
 };
 RejectedFrames rejected_frames(std::string message, const E2eChecker& checker);
-/// Returns "XAmpStatus: rejected: 3 wrong CRC, 1 repeated counter"; empty if no frame was rejected.
+/// Returns a text such as "XAmpStatus: rejected: 3 wrong CRC, 1 repeated counter"; empty if no frame was
+/// rejected.
 std::string describe(const RejectedFrames& rejected);
 
 }  // namespace hystcan::can

@@ -6,15 +6,15 @@
 namespace hystcan::can {
 namespace {
 
-// A micro sign is U+00B5 or U+03BC in UTF-8. The DBC reader converts Latin-1 to UTF-8.
-using Prefix = std::pair<std::string_view, int>;  ///< a prefix and its exponent
+// The prefix "micro" is the letter u, or the micro sign: U+00B5 or U+03BC in UTF-8, or 0xB5 in Latin-1.
+using Prefix = std::pair<std::string_view, int>;  ///< the letters of a prefix, and its power of ten
 constexpr std::array prefixes{Prefix{"p", -12},       Prefix{"n", -9},        Prefix{"u", -6},
                               Prefix{"\xC2\xB5", -6}, Prefix{"\xCE\xBC", -6}, Prefix{"\xB5", -6},
                               Prefix{"m", -3},        Prefix{"k", 3},         Prefix{"M", 6}};
 
 constexpr std::array<std::string_view, 5> base_units{"V", "A", "m", "Hz", "s"};
 
-/// Returns the base unit and the exponent of its prefix.
+/// Splits a unit into its base unit and the power of ten of its prefix: mV gives V and -3.
 std::optional<std::pair<std::string_view, int>> parse(std::string_view unit) {
   for (const std::string_view base : base_units) {
     if (!unit.ends_with(base)) continue;

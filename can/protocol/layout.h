@@ -1,12 +1,14 @@
-// The layout of one message, compiled from the DBC and a map of names. The constructor finds the signal of
-// each role (the purpose of a value, such as `setpoint`).
+// The layout of one message: which signal of the DBC has which role. A role is the purpose of a value, such
+// as `setpoint`. The constructor finds the signal of each role with the names in the configuration.
 //
-// A `Payload` lists its roles in fields():
+// A `Payload` is a struct with the values of one message. It lists its roles in fields():
 //
-//   Field{role, name of the standard signal, member, quantity}
+//   Field{role, name of the signal in the standard frames, member of the struct, quantity}
+//
+// Layout converts between a Payload and a frame. "Our unit" is the unit of the member:
 //
 //   encode   our unit -> unit of the DBC -> raw bits;   a role without a signal is left out
-//   decode   raw bits -> unit of the DBC -> our unit;   a role without a signal gets its value from `absent`
+//   decode   raw bits -> unit of the DBC -> our unit;   a role without a signal has the value in `absent`
 #pragma once
 
 #include <algorithm>
@@ -32,7 +34,7 @@
 
 namespace hystcan::can {
 
-/// State of an amplifier.
+/// State of an amplifier; the numbers are the values of the signal State in the standard frames.
 enum class AmpState : std::uint8_t { off = 0, ready = 1, enabled = 2, fault = 3 };
 
 enum class Integrity : std::uint8_t { none, counter, counter_crc };
@@ -40,23 +42,26 @@ constexpr auto words(Integrity) {
   return std::to_array<std::string_view>({"none", "counter", "counter+crc"});
 }
 
-/// Raw values of a state signal.
+/// The raw values of a state signal that mean each state of an amplifier.
 struct StateValues {
   std::vector<std::int64_t> off{0};
   std::vector<std::int64_t> ready{1};
   std::vector<std::int64_t> enabled{2};
   std::vector<std::int64_t> fault{3};
 
-  /// Converts a raw value. An unlisted value means off; a value in two lists means the more severe state.
+  /// Returns the state that a raw value means: `off` for a value in no list; for a value in several lists,
+  /// the last of them in the order off, ready, enabled, fault.
   AmpState state(std::int64_t raw) const;
-  /// Returns the first raw value of the state's list; if the list is empty, the first value of `off`, else 0.
+  /// Returns a raw value that means this state: the first value in the list of the state. If this list is
+  /// empty, returns the first value of `off`; if `off` is empty too, 0.
   std::int64_t raw(AmpState state) const;
 };
 
-/// The names from the configuration: the message of the DBC and the signal of each role.
+/// The configured names of one message: its name in the DBC, and the signal of each role (see the head of
+/// this file).
 struct MessageMap {
   std::string message;
-  /// Signal name by role; a role that is missing is not sent.
+  /// The signal name of each role. The value of a role that is not in this map is not sent.
   std::map<std::string, std::string, std::less<>> signals{};
   Integrity integrity = Integrity::counter_crc;
   std::string counter = "Counter";
@@ -68,21 +73,22 @@ struct MessageMap {
   bool carries(std::string_view role) const { return signals.contains(role); }
 };
 
-/// The frames of one axis that a lab defines instead of the standard frames. Without a status message, the
-/// controller does not read the amplifier's status.
+/// The frames of one axis that the user defines instead of the standard frames. If there is no status
+/// message, the controller does not read the status of the amplifier.
 struct AxisFrames {
   MessageMap command;
   std::optional<MessageMap> status{};
   MessageMap sample;
 };
 
-/// Converts a DBC unit to our unit if the two differ only by a decimal prefix: mV to V, nm to um, mA to A.
+/// Converts values between the unit of a signal in the DBC ("theirs") and the unit in this program ("ours").
+/// The two units differ only by a decimal prefix, such as mV and V, nm and um, mA and A:
 ///
-///   ours = theirs * 10^n,   n = exponent(their prefix) - exponent(our prefix)
+///   ours = theirs * 10^n,   n = exponent of the DBC unit's prefix - exponent of our unit's prefix
 ///
-/// The step is exact: a double represents the whole number 10^|n| exactly, and one multiplication or division
-/// by it rounds once. A value that is converted there and back differs by at most one or two last bits, far
-/// below the resolution of any signal.
+/// The conversion rounds only once, because a double represents the whole number 10^|n| exactly. A value that
+/// is converted to the other unit and back differs by at most one or two last bits, far below the resolution
+/// of any signal.
 class DecimalStep {
  public:
   double to_ours(double theirs) const { return theirs * multiplier_ / divisor_; }
@@ -90,12 +96,12 @@ class DecimalStep {
 
  private:
   friend std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours);
-  double multiplier_ = 1.0;  ///< multiplier_ or divisor_ is 1
+  double multiplier_ = 1.0;  ///< 10^n if n > 0, else 1
   double divisor_ = 1.0;
 };
 
-/// Returns nullopt if the units differ by more than a prefix. Known prefixes: p, n, u (also written with a
-/// micro sign), m, none, k, M.
+/// Returns the conversion between the units `theirs` and `ours`; nullopt if the units differ by more than a
+/// prefix. Known prefixes: p, n, u (also written with a micro sign), m, none, k, M.
 std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours);
 
 enum class Quantity : std::uint8_t { number, drive, position };
@@ -112,7 +118,8 @@ Field(const char*, const char*, Value Payload::*) -> Field<Payload, Value>;
 template <class Payload, class Value>
 Field(const char*, const char*, Value Payload::*, Quantity) -> Field<Payload, Value>;
 
-/// Returns the map of the standard frames: message `prefix` + Payload::name, every role, counter and CRC.
+/// Returns the names of a standard frame. Its message has the name `prefix` + Payload::name; every role has
+/// its standard signal, and the message has counter and CRC.
 template <class Payload>
 MessageMap standard_map(const std::string& prefix) {
   MessageMap map{.message = prefix + std::string(Payload::name)};
@@ -121,21 +128,22 @@ MessageMap standard_map(const std::string& prefix) {
   return map;
 }
 
-/// Finds the signal of this name. Throws std::invalid_argument if the message has no such signal.
+/// Finds the signal of this name. Throws std::invalid_argument if the message has no such signal, or if the
+/// signal is not within the bytes of the message.
 const Signal& find_signal(const Message& message, const std::string& name);
 
-/// Throws std::invalid_argument if a signal is missing, or if the CRC signal does not fill the bytes of the
-/// polynomial.
+/// Returns the counter and CRC of a message. Throws std::invalid_argument if a signal is missing, or if the
+/// CRC signal does not fill bytes_of(map.polynomial) whole bytes.
 Protection protection_of(const Message& message, const MessageMap& map);
 
-/// The signals of one message.
+/// Encodes and decodes the signals of one message.
 template <class Payload>
 class Layout {
  public:
   static constexpr std::size_t field_count = std::tuple_size_v<decltype(Payload::fields())>;
 
-  /// Throws std::invalid_argument if a signal of the message is missing or a unit does not convert. If
-  /// `drive_unit` is empty, the numbers are not converted.
+  /// `absent` has the values of roles without a signal. Throws std::invalid_argument if a signal of the
+  /// message is missing or its unit does not convert. If `drive_unit` is empty, no unit is converted.
   Layout(const Message& message, const MessageMap& map, const std::string& drive_unit,
          const Payload& absent = {})
       : id_(message.id),
@@ -170,9 +178,9 @@ class Layout {
             .length = wire_length(length_),
             .fd_flags = fd_flags_};
   }
-  /// Writes the signals of this layout into a frame of the message and leaves all others unchanged, so that
-  /// several axes can share one message. Returns false if a signal can't represent a value; a value never
-  /// wraps.
+  /// Writes the signals of this layout into a frame of the message. All other signals of the frame stay
+  /// unchanged, so that several axes can share one message. Returns false if a signal can't represent its
+  /// value; a value never wraps.
   bool put(const Payload& payload, Frame& frame) const {
     bool fits = true;
     for_each_field([&](const auto& field, const std::optional<Slot>& slot) {
@@ -180,7 +188,7 @@ class Layout {
     });
     return fits;
   }
-  /// Returns nullopt if a signal can't represent a value.
+  /// Returns a frame with these values; nullopt if a signal can't represent its value.
   std::optional<Frame> encode(const Payload& payload) const {
     Frame encoded = frame();
     if (!put(payload, encoded)) return std::nullopt;
@@ -261,14 +269,14 @@ class Layout {
   std::array<std::optional<Slot>, field_count> slots_{};
 };
 
-/// The sender of one message: encodes it and adds counter and CRC.
+/// Encodes the frames of one message for its sender, with counter and CRC.
 template <class Payload>
 class Encoder {
  public:
   explicit Encoder(Layout<Payload> layout) : layout_(std::move(layout)), protector_(layout_.protection()) {}
   explicit Encoder(const Message& message) : Encoder(Layout<Payload>(message)) {}
 
-  /// Returns nullopt if the signal can't represent a value.
+  /// Returns the next frame; nullopt if a signal can't represent its value.
   std::optional<Frame> operator()(const Payload& payload) {
     auto frame = layout_.encode(payload);
     if (frame) protector_.seal(*frame);
@@ -282,14 +290,15 @@ class Encoder {
   E2eProtector protector_;
 };
 
-/// The receiver of one message: checks a frame, counts rejections and decodes.
+/// Checks and decodes the frames of one message for a receiver, and counts the rejected frames.
 template <class Payload>
 class Decoder {
  public:
   explicit Decoder(Layout<Payload> layout) : layout_(std::move(layout)), checker_(layout_.checker()) {}
   explicit Decoder(const Message& message) : Decoder(Layout<Payload>(message)) {}
 
-  /// Returns nullopt if the frame is rejected; checker() counts the rejections by reason.
+  /// Returns the values in a frame; nullopt if the frame is rejected. checker() counts the rejected frames by
+  /// reason.
   std::optional<Payload> operator()(const Frame& frame) {
     if (checker_.check(frame)) return std::nullopt;
     return layout_.decode(frame);

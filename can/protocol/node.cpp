@@ -120,7 +120,7 @@ std::optional<Emergency> parse_emergency(const Frame& frame) {
 std::string_view emergency_text(std::uint16_t code) {
   for (const unsigned mask : {0xFFFFU, 0xFF00U, 0xF000U}) {
     const unsigned group = code & mask;
-    if (group == 0 && code != 0) continue;  // 0x0001 is not "no error"
+    if (group == 0 && code != 0) continue;  // only the code 0x0000 has the text "no error"
     const auto found = std::ranges::find(emergency_texts, group, &ErrorText::first);
     if (found != emergency_texts.end()) return found->second;
   }

@@ -1,4 +1,6 @@
 // The CANopen frames between nodes (CiA 301), and the life cycle of a node: boot-up, NMT states, heartbeat.
+// The table lists their identifiers. `node` is a node id: of the sensor in SensorSample, of the amplifier in
+// the other messages of an axis, of the sender in emergency and heartbeat, and of the server in SDO.
 //
 //   NMT                       0x000
 //   SYNC                      0x080
@@ -67,11 +69,11 @@ Frame sync_frame(std::uint8_t counter);
 Frame heartbeat_frame(std::uint8_t node, NmtState state);
 Frame emergency_frame(std::uint8_t node, Emergency emergency);
 
-/// Returns nullopt if the frame is not well-formed. The caller has already checked the identifier, except for
-/// SYNC.
+/// Each parser returns nullopt if the frame is not well-formed. Only parse_sync() checks the identifier; for
+/// the other parsers, the caller must have checked the identifier.
 std::optional<Nmt> parse_nmt(const Frame& frame);
 std::optional<std::uint8_t> parse_sync(const Frame& frame);
-/// Returns true for every SYNC of CiA 301: with a counter, or without data.
+/// Returns true for both forms of a SYNC in CiA 301: with a counter, or without data.
 bool is_sync(const Frame& frame);
 std::optional<NmtState> parse_heartbeat(const Frame& frame);
 std::optional<Emergency> parse_emergency(const Frame& frame);
@@ -84,33 +86,34 @@ constexpr bool is_sync_counter(int counter) { return counter >= 1 && counter <= 
 constexpr std::uint8_t next_sync_counter(std::uint8_t counter) {
   return counter >= sync_counter_max ? std::uint8_t{1} : static_cast<std::uint8_t>(counter + 1);
 }
-/// Returns the number of SYNCs from counter `earlier` to `counter`: 0..239. Both must be SYNC counters.
+/// Returns the number of SYNCs from the counter value `earlier` to the counter value `counter`: 0..239. Both
+/// values must be within 1..240.
 constexpr int syncs_after(int earlier, int counter) {
   return (counter - earlier + sync_counter_max) % sync_counter_max;
 }
 
-/// Returns true if the node may send in the slot after this SYNC. With slots, a node sends its heartbeat and
-/// its periodic status only after a SYNC whose counter modulo `slots` equals its node id modulo `slots`, one
-/// frame after each such SYNC. `slots` is 0 if nodes have no slots.
+/// Returns true if the cycle after the SYNC with this counter is a slot of the node. Slots spread heartbeats
+/// and periodic statuses over the cycles: in each of its slots, a node may send one of these frames. `slots`:
+/// number of cycles in a round of slots; 0 if the bus has no slots.
 constexpr bool is_in_slot(std::uint8_t node, std::uint8_t counter, unsigned slots) {
   return slots == 0 || counter % slots == node % slots;
 }
 
-/// Returns the meaning of the error code of an emergency (CiA 301, table of emergency error codes): the text
-/// of the code or, if it has none, of its group: 0x2310 -> 0x2300 -> 0x2000. A code without a group is
-/// reserved.
+/// Returns the meaning of the error code of an emergency (CiA 301, table of emergency error codes). A code
+/// that is not in the table has the text of its group, for example 0x2300 or 0x2000 for 0x2310. A code
+/// without a group is reserved.
 std::string_view emergency_text(std::uint16_t code);
 
-/// A node that obeys NMT and sends heartbeats. At start() and at each NMT reset it sends a boot-up message
-/// and becomes pre-operational. It calls the handler for both states; at boot-up, the owner resets the parts
-/// given by last_reset().
+/// The NMT part of a node: obeys NMT commands and sends heartbeats. At start() and at each NMT reset, the
+/// node sends a boot-up message and becomes pre-operational. The node calls the handler for both states. In
+/// the call for boot_up, the owner must reset the parts of the node that last_reset() means.
 ///
-/// If nodes have slots, the owner calls on_slot() in the slot of this node, and a due heartbeat waits for
-/// that call. If no slot occurred for a whole heartbeat period, because SYNC is missing, the heartbeat does
-/// not wait.
+/// If nodes have slots (is_in_slot()), the owner must call on_slot() in each slot of this node, and a due
+/// heartbeat waits for this call. If no slot occurred for a whole heartbeat period, because no SYNC arrives,
+/// the heartbeat does not wait.
 ///
-/// The node is silent before start(). If it receives a heartbeat with its own node id, another node uses that
-/// id: the node stops, calls the handler and stays silent permanently.
+/// The node is silent before start(). If the node receives a heartbeat with its own node id, another node
+/// uses the same id. The node then stops, calls the handler and stays silent permanently.
 class NmtSlave {
  public:
   using ChangeHandler = std::function<void(NmtState)>;
@@ -122,13 +125,14 @@ class NmtSlave {
   /// Obeys an NMT frame to this node or to all nodes, detects another node with this node id, and ignores
   /// every other frame.
   void handle(const Frame& frame);
-  /// Returns true if a heartbeat was due and used the slot.
+  /// Sends a waiting heartbeat in a slot of this node. Returns true if the heartbeat used the slot, so that
+  /// no other frame may follow in the slot.
   bool on_slot();
   NmtState state() const { return state_; }
-  /// The scope of the last reset. reset_node: everything, as at power-on. reset_communication: only counters
-  /// and the NMT state.
+  /// Returns the kind of the last reset. `reset_node` resets everything, as at power-on.
+  /// `reset_communication` resets only the counters of messages and the NMT state.
   NmtCommand last_reset() const { return last_reset_; }
-  /// True if another node uses this node id.
+  /// Returns true if another node on the bus uses this node id.
   bool is_taken() const { return id_taken_; }
   bool is_silent() const { return !started_ || id_taken_; }
 
@@ -152,18 +156,18 @@ class NmtSlave {
   std::unique_ptr<Timer> heartbeat_;
 };
 
-/// The NMT state of another node, from its heartbeats. The caller supplies the time; the monitor has no
-/// timer.
+/// Monitors the heartbeats of another node. The caller supplies the present time; the monitor has no timer.
 class HeartbeatMonitor {
  public:
   explicit HeartbeatMonitor(Duration timeout) : timeout_(timeout) {}
 
   void on_heartbeat(NmtState state, Time now);
-  /// Clears the state: it is unknown until the next heartbeat.
+  /// Clears the state: state() returns nullopt until the next heartbeat.
   void forget() { state_.reset(); }
-  /// Returns the state; nullopt if no heartbeat was received, or if the last one is older than the timeout.
+  /// Returns the NMT state of the node; nullopt if no heartbeat was received, or if the last heartbeat is
+  /// older than the timeout.
   std::optional<NmtState> state(Time now) const;
-  /// Number of boot-up messages received. If it changes, the node restarted.
+  /// Returns the number of received boot-up messages. A change of this number means that the node restarted.
   unsigned boot_ups() const { return boot_ups_; }
 
  private:

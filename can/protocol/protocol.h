@@ -1,6 +1,6 @@
-// The messages of the axes. The DBC gives their layout; the configuration may give their names.
-// can/protocol/node.h has the CANopen frames and all identifiers. docs/protocol/frames.md has the table and
-// one annotated frame.
+// The values in the messages of the axes. The DBC defines the layout of these messages; the configuration may
+// define their names. can/protocol/node.h has the CANopen frames and all identifiers. docs/protocol/frames.md
+// has a table of the messages and one annotated frame.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@
 
 namespace hystcan::can {
 
-/// Bits of AmpStatus.Fault.
+/// Bits of the signal Fault in the message AmpStatus.
 namespace amp_fault {
 inline constexpr std::uint8_t command_timeout = 0x01;
 inline constexpr std::uint8_t setpoint_out_of_range = 0x02;
@@ -26,10 +26,10 @@ inline constexpr std::uint8_t setpoint_out_of_range = 0x02;
 
 struct AmpCommand {
   static constexpr std::string_view name = "AmpCommand";
-  double setpoint = 0.0;  ///< drive units
+  double setpoint = 0.0;  ///< in the unit of the drive, such as V or A
   bool enable = false;
   bool clear_fault = false;
-  std::uint8_t sync_counter = 0;  ///< counter of the SYNC whose sample this command is computed from
+  std::uint8_t sync_counter = 0;  ///< counter of the SYNC at which the sample for this command was taken
 
   static constexpr auto fields() {
     return std::tuple{Field{"setpoint", "Setpoint", &AmpCommand::setpoint, Quantity::drive},
@@ -41,9 +41,9 @@ struct AmpCommand {
 
 struct AmpStatus {
   static constexpr std::string_view name = "AmpStatus";
-  double output = 0.0;  ///< drive units, measured
+  double output = 0.0;  ///< measured output, in the unit of the drive, such as V or A
   AmpState state = AmpState::off;
-  std::uint8_t fault = 0;  ///< amp_fault bits
+  std::uint8_t fault = 0;  ///< bits of the namespace amp_fault
 
   static constexpr auto fields() {
     return std::tuple{Field{"output", "Output", &AmpStatus::output, Quantity::drive},
@@ -64,15 +64,15 @@ struct SensorSample {
   }
 };
 
-/// The controller's status of one axis. `state` and `cause` are the numbers of controller/control/axis.h; the
-/// DBC has the same names for them.
+/// The status of one axis in the controller. `state` and `cause` have the numbers of the enumerations in
+/// controller/control/axis.h; the DBC gives these numbers the same names.
 struct ControllerStatus {
   static constexpr std::string_view name = "ControllerStatus";
   double following_error_um = 0.0;  ///< reference minus measured; 0 while the axis does not track
   std::uint8_t state = 0;           ///< controller::AxisState
   std::uint8_t cause = 0;           ///< controller::Cause
   bool in_position = false;
-  bool limited = false;  ///< the command of this cycle differs from the demand of the control law
+  bool limited = false;  ///< the command of this cycle differs from the output of the control law
   bool reference_finished = false;
 
   static constexpr auto fields() {
@@ -86,13 +86,14 @@ struct ControllerStatus {
   }
 };
 
-/// Values of Setpoint.Mode.
+/// Values of the signal Mode in the message Setpoint.
 namespace setpoint_mode {
 inline constexpr std::uint8_t follow = 0;  ///< follow the configured reference again
-inline constexpr std::uint8_t go_to = 1;   ///< go to Position and stay there
+inline constexpr std::uint8_t go_to = 1;   ///< go to the position in the message and stay there
 }  // namespace setpoint_mode
 
-/// A live setpoint. Any node may send it; the controller obeys it only if its configuration allows it.
+/// A live setpoint: a target position during the run. Any node may send this message; the controller obeys
+/// the message only if the configuration allows live setpoints.
 struct Setpoint {
   static constexpr std::string_view name = "Setpoint";
   double position_um = 0.0;
@@ -104,7 +105,7 @@ struct Setpoint {
   }
 };
 
-/// Marks the start of a scan line on this axis. Both numbers count from 0.
+/// Marks the start of a scan line on this axis. `line` and `frame` count lines and images from 0.
 struct ScanMarker {
   static constexpr std::string_view name = "ScanMarker";
   std::uint16_t line = 0;
@@ -118,22 +119,23 @@ struct ScanMarker {
   }
 };
 
-/// The controller's own messages. They always have their standard names, and a database may lack them.
+/// True for the messages of the controller itself. These messages always have their standard names, and a
+/// database need not contain them.
 template <class Payload>
 inline constexpr bool is_optional = std::is_same_v<Payload, ControllerStatus> ||
                                     std::is_same_v<Payload, Setpoint> || std::is_same_v<Payload, ScanMarker>;
 
 /// Names and nodes of one axis on the wire.
 struct AxisWire {
-  std::string name;            ///< "x"
-  std::string message_prefix;  ///< "X": messages XAmpCommand, XAmpStatus, XSensorSample
+  std::string name;            ///< name of the axis, such as "x"
+  std::string message_prefix;  ///< such as "X" for the messages XAmpCommand, XAmpStatus, XSensorSample
   std::uint8_t amplifier_node = 0;
   std::uint8_t sensor_node = 0;
   std::string drive_unit{};  ///< unit of setpoint and output after conversion; empty: no conversion
-  std::vector<SdoWrite> amplifier_setup{};  ///< written before the controller starts the node
+  std::vector<SdoWrite> amplifier_setup{};  ///< objects to write before the controller starts the node
   std::vector<SdoWrite> sensor_setup{};
   SdoPatience setup_patience{};
-  std::optional<AxisFrames> frames{};  ///< the lab's own frames; empty: the standard frames
+  std::optional<AxisFrames> frames{};  ///< frames that the user defines; empty: the standard frames
 };
 
 /// Returns the names of the message `Payload` of this axis; nullopt if the axis has no such message.
@@ -153,10 +155,12 @@ std::optional<MessageMap> message_map(const AxisWire& axis) {
   }
 }
 
-/// Finds the message. Throws std::invalid_argument if the database lacks it.
+/// Finds the message with the name map.message. Throws std::invalid_argument if the database has no such
+/// message.
 const Message& find_message(const Database& database, const MessageMap& map);
 
-/// Like message_map(); also nullopt if the message is optional and the database lacks it.
+/// Like message_map(); also returns nullopt if is_optional<Payload> is true and the database does not contain
+/// the message.
 template <class Payload>
 std::optional<MessageMap> message_map_in(const Database& database, const AxisWire& axis) {
   auto map = message_map<Payload>(axis);
@@ -164,9 +168,9 @@ std::optional<MessageMap> message_map_in(const Database& database, const AxisWir
   return map;
 }
 
-/// Returns the compiled layout of the message `Payload` of this axis. A role that the message does not carry
-/// gets its value from `absent`. nullopt under the same conditions as message_map_in(). Throws
-/// std::invalid_argument if the database lacks a named message or signal.
+/// Returns the layout of the message `Payload` of this axis; nullopt if message_map_in() returns nullopt. A
+/// value for which the message has no signal is decoded as the value in `absent`. Throws
+/// std::invalid_argument if the database does not contain the message or one of its configured signals.
 template <class Payload>
 std::optional<Layout<Payload>> find_layout(const Database& database, const AxisWire& axis,
                                            const Payload& absent = {}) {

@@ -11,7 +11,8 @@
 namespace hystcan::can {
 namespace {
 
-constexpr std::uint8_t expedited_with_size = 0x03;  ///< bits e and s; bits 2 and 3 count the unused bytes
+/// Bits of the first byte: 1 (e, expedited) and 0 (s, size stated). Bits 2 and 3 then count the unused bytes.
+constexpr std::uint8_t expedited_with_size = 0x03;
 
 std::uint8_t with_size(unsigned specifier, std::uint8_t bytes) {
   return static_cast<std::uint8_t>(specifier | expedited_with_size | (4U - bytes) << 2U);
@@ -58,7 +59,7 @@ SdoMessage message_of(const Frame& frame, SdoService service) {
           .content = {.value = 0, .bytes = 4}};
 }
 
-/// Reads `bytes` bytes of data, from byte 4 on.
+/// Reads a value of `bytes` bytes, low byte first, which begins at byte 4 of the frame.
 std::uint32_t value_of(const Frame& frame, unsigned bytes) {
   std::uint32_t value = 0;
   for (unsigned i = 0; i < bytes; ++i) value |= std::uint32_t{frame.data[4 + i]} << 8 * i;
@@ -70,8 +71,8 @@ bool is_sdo(const Frame& frame, std::uint8_t least_length) {
          frame.length <= 8;
 }
 
-/// Parses an expedited transfer with stated size and `specifier` in bits 7 to 5; nullopt for any other
-/// transfer.
+/// Parses an expedited transfer that states its size. `specifier`: the expected bits 7 to 5 of the first
+/// byte. Returns nullopt for any other transfer.
 std::optional<SdoMessage> parse_sized(const Frame& frame, unsigned specifier, SdoService service) {
   const unsigned command = frame.data[0];
   if ((command & 0xF3U) != (specifier | expedited_with_size)) return std::nullopt;
@@ -89,7 +90,7 @@ std::optional<SdoMessage> parse_abort(const Frame& frame) {
   return message;
 }
 
-/// Parses a value whose size the node does not state: all remaining bytes of the frame.
+/// Parses a response whose value has no stated size: the value is all bytes from byte 4 on.
 SdoMessage unsized_value(const Frame& frame) {
   SdoMessage message = message_of(frame, SdoService::value);
   message.content = {.value = value_of(frame, frame.length - 4U), .bytes = 0};

@@ -1,22 +1,22 @@
 // Expedited SDO (CiA 301): writes and reads objects of 1 to 4 bytes in the object dictionary of another node.
 //
-//   request 0x600 + node, response 0x580 + node, 8 bytes:
+//   A request has the identifier 0x600 + node, a response 0x580 + node. Both have 8 bytes:
 //
-//   | byte                   | 0                      | 1..2  | 3         | 4..7                  |
-//   |------------------------|------------------------|-------|-----------|-----------------------|
-//   | write 4, 3, 2, 1 bytes | 0x23, 0x27, 0x2B, 0x2F | index | sub-index | value, low byte first |
-//   | written                | 0x60                   | index | sub-index | 0                     |
-//   | read                   | 0x40                   | index | sub-index | 0                     |
-//   | read 4, 3, 2, 1 bytes  | 0x43, 0x47, 0x4B, 0x4F | index | sub-index | value                 |
-//   | read, size not stated  | 0x42                   | index | sub-index | value                 |
-//   | read in segments       | 0x40, 0x41             | index | sub-index | number of bytes       |
-//   | abort, either way      | 0x80                   | index | sub-index | abort code            |
+//   | byte                             | 0                      | 1..2  | 3         | 4..7                  |
+//   |----------------------------------|------------------------|-------|-----------|-----------------------|
+//   | request: write 4, 3, 2, 1 bytes  | 0x23, 0x27, 0x2B, 0x2F | index | sub-index | value, low byte first |
+//   | response: written                | 0x60                   | index | sub-index | 0                     |
+//   | request: read                    | 0x40                   | index | sub-index | 0                     |
+//   | response: value of 4, 3, 2, 1 b. | 0x43, 0x47, 0x4B, 0x4F | index | sub-index | value                 |
+//   | response: value without its size | 0x42                   | index | sub-index | value                 |
+//   | response: value in segments      | 0x40, 0x41             | index | sub-index | number of bytes       |
+//   | request or response: abort       | 0x80                   | index | sub-index | abort code            |
 //
-// A response may be shorter than 8 bytes if it contains everything that its first byte announces. Real nodes
-// send such responses, although CiA 301 requires 8 bytes.
+// The parsers accept a response of less than 8 bytes if the response contains all bytes that its first byte
+// announces. Real nodes send such responses, although CiA 301 requires 8 bytes.
 //
-// No function here waits or has a timer. The caller supplies the received frames and the time, and sends the
-// returned frames.
+// No function of this file waits or has a timer. The caller supplies the received frames and the present
+// time, and sends the returned frames.
 #pragma once
 
 #include <cstdint>
@@ -37,10 +37,10 @@ struct SdoObject {
   friend bool operator==(const SdoObject&, const SdoObject&) = default;
 };
 
-/// A value of 1 to 4 bytes.
+/// The value of an object, 1 to 4 bytes.
 struct SdoValue {
   std::uint32_t value = 0;
-  std::uint8_t bytes = 4;  ///< 0 in a response that does not state the size
+  std::uint8_t bytes = 4;  ///< size of the value, 1 to 4; 0 in a response that does not state the size
 
   friend bool operator==(const SdoValue&, const SdoValue&) = default;
 };
@@ -50,21 +50,21 @@ enum class SdoService : std::uint8_t { write, written, read, value, segmented, a
 struct SdoMessage {
   SdoService service = SdoService::abort;
   SdoObject object{};
-  SdoValue content{};  ///< the value for `write` and `value`, or the code for `abort`
+  SdoValue content{};  ///< value of the object if `service` is `write` or `value`; code if it is `abort`
 
   friend bool operator==(const SdoMessage&, const SdoMessage&) = default;
 };
 
-/// Encodes the message as a request to `node`, or as a response from `node`.
+/// Encodes the message: sdo_request() as a request to `node`, sdo_response() as a response from `node`.
 Frame sdo_request(std::uint8_t node, const SdoMessage& message);
 Frame sdo_response(std::uint8_t node, const SdoMessage& message);
-/// Returns nullopt if the frame is not a well-formed expedited transfer. The caller has already checked the
-/// identifier.
+/// Parses a request. Returns nullopt if the frame is not a well-formed expedited transfer. The caller must
+/// have checked the identifier.
 std::optional<SdoMessage> parse_sdo_request(const Frame& frame);
-/// Like parse_sdo_request(), and also accepts the announcement of a segmented value.
+/// Parses a response like parse_sdo_request(); also accepts the announcement of a value in segments.
 std::optional<SdoMessage> parse_sdo_response(const Frame& frame);
-/// Returns the first request of a transfer (expedited, segmented or block) as a write or read of its object,
-/// without the value; nullopt if this request does not start a transfer.
+/// Returns which object a request begins to write or to read, without the value. The transfer may be
+/// expedited, segmented or a block transfer. Returns nullopt if the request does not begin a transfer.
 std::optional<SdoMessage> sdo_access_of(const Frame& request);
 
 namespace sdo_abort {
@@ -74,10 +74,10 @@ inline constexpr std::uint32_t no_such_object = 0x0602'0000;
 inline constexpr std::uint32_t wrong_length = 0x0607'0010;
 }  // namespace sdo_abort
 
-/// Returns the text of an abort code.
+/// Returns the text that CiA 301 gives for an abort code.
 std::string_view sdo_abort_text(std::uint32_t code);
 
-/// One object that is written before the node is started.
+/// An object of a node, and the value to write to it before the node is started.
 struct SdoWrite {
   SdoObject object{};
   SdoValue content{};
@@ -92,27 +92,28 @@ struct SdoFailure {
   std::uint32_t written = 0;
   std::uint32_t read_back = 0;
 };
-/// Returns "object 0x2001:02: refused by the node with 0x06010002: ...".
+/// Returns a text such as "object 0x2001:02: refused by the node with 0x06010002: ...".
 std::string describe(const SdoFailure& failure);
 
-/// The response timeout of the setup and its number of attempts.
+/// How long SdoSetup waits for a response, and how often it tries to write an object.
 struct SdoPatience {
   Duration timeout{std::chrono::milliseconds(100)};  ///< timeout of each response
-  unsigned attempts = 3;                             ///< attempts per object, the first one included
+  unsigned attempts = 3;                             ///< maximum attempts per object, with the first one
 };
 
-/// Writes objects in order, reads each object back and compares. After any failure it writes the same object
-/// again. The setup fails after `attempts` attempts at one object.
+/// Writes the objects of a node in order, reads each object back and compares the values. After any failure,
+/// SdoSetup writes the same object again. The setup fails after SdoPatience::attempts attempts at one object.
 class SdoSetup {
  public:
   SdoSetup(std::uint8_t node, std::vector<SdoWrite> writes, SdoPatience patience = {});
 
-  /// Restarts with the first object, because the node lost its values.
+  /// Starts the setup again with the first object. Call after the node lost its values.
   void restart();
-  /// Returns the frame to send now, if any. The caller polls once per cycle until is_done() or has_failed().
+  /// Returns the frame that the caller must send now; nullopt if there is none. The caller calls poll() once
+  /// per cycle until is_done() or has_failed() returns true.
   std::optional<Frame> poll(Time now);
-  /// Processes a response of this node. Returns false if the frame does not answer the last request; it is
-  /// then ignored.
+  /// Processes a response of this node. If the frame does not answer the last request, ignores the frame and
+  /// returns false.
   bool handle(const Frame& frame);
 
   bool is_done() const { return next_ == writes_.size(); }
@@ -137,8 +138,8 @@ class SdoSetup {
   SdoFailure failure_;
 };
 
-/// A minimal server for a node. It stores up to 64 written objects from 0x2000 to 0x5FFF; an object exists
-/// only after a write.
+/// A minimal SDO server of a node. The server stores up to 64 objects with an index from 0x2000 to 0x5FFF. An
+/// object exists only after a client has written to it.
 class SdoServer {
  public:
   explicit SdoServer(std::uint8_t node);
