@@ -1,4 +1,4 @@
-// Clock and timers for code that runs the same in real and in virtual time.
+// Clock and timers for code that runs unchanged in real time and in virtual time.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@ using Time = std::chrono::time_point<std::chrono::steady_clock, Duration>;
 
 inline double seconds(Duration duration) { return std::chrono::duration<double>(duration).count(); }
 
-/// A one-shot timer. expire_at() allocates nothing; a second call replaces the deadline of the first.
+/// A one-shot timer. expire_at() allocates no memory; a second call replaces the deadline of the first call.
 class Timer {
  public:
   virtual ~Timer() = default;  ///< cancels the timer
@@ -20,7 +20,7 @@ class Timer {
   virtual void cancel() = 0;
 };
 
-/// Clock and timers of one thread: Asio in real time, an event queue in virtual time.
+/// Clock and timers of one thread. In real time, Asio runs the timers; in virtual time, an event queue.
 class Scheduler {
  public:
   virtual ~Scheduler() = default;

@@ -1,5 +1,5 @@
-// One node of the simulated bus: its queue, its fault confinement and its recovery from bus-off. Internal to
-// the simulated bus.
+// One node of the simulated bus: its transmit queue, its fault confinement and its recovery from bus-off.
+// Only for use within can/sim.
 #pragma once
 
 #include <algorithm>
@@ -14,13 +14,17 @@
 
 namespace hystcan::can::sim {
 
-/// Fault confinement of one CAN node (ISO 11898-1, 10.11): its error counters and the resulting state.
+/// Fault confinement of one CAN node (ISO 11898-1, 10.11): its transmit error counter (TEC), its receive
+/// error counter (REC) and the resulting state. These events change the counters:
 ///
-///   transmit error               TEC + 8     not if the node is error-passive and no node acknowledges
+///   transmit error               TEC + 8     unchanged if an error-passive node receives no acknowledgement
 ///   receive error                REC + 1
-///   dominant bit after the flag  REC + 8     only for the receiver that saw the error before all others
+///   dominant bit after           REC + 8     only for the receiver that detected the error before all others
+///     its own error flag
 ///   frame transmitted            TEC - 1     not below 0
-///   frame received               REC - 1     not below 0; from above 127 to 119
+///   frame received               REC - 1     not below 0; from 128 or more to 119
+///
+/// The counters determine the state:
 ///
 ///   warning                      TEC >= 96 or REC >= 96
 ///   passive                      TEC >= 128 or REC >= 128
@@ -61,7 +65,7 @@ class FaultConfinement {
 
  private:
   static constexpr std::uint16_t receive_after_passive = 119;  ///< the standard allows 119 to 127
-  static constexpr std::uint16_t receive_max = 255;            ///< the register has eight bits
+  static constexpr std::uint16_t receive_max = 255;            ///< the receive error counter has eight bits
 
   void add_to_receive(std::uint16_t errors) {
     counters_.receive = std::min(receive_max, static_cast<std::uint16_t>(counters_.receive + errors));
@@ -81,35 +85,36 @@ inline bool can_be_sent(const Frame& frame) {
   return frame.length <= (frame.kind == FrameKind::fd ? frame.data.size() : 8);
 }
 
-/// After bus-off a node is `waiting` for the restart request and then `counting` recessive bits.
+/// The recovery of a node from bus-off: the node is `waiting` for the restart request, then `counting` the
+/// recessive bits on the bus.
 enum class Recovery : std::uint8_t { none, waiting, counting };
 
 struct Node {
   Node(std::size_t attached_as, TransmitOrder transmit_order, std::span<const Filter> receives)
       : number(attached_as), order(transmit_order), filters(receives.begin(), receives.end()) {}
 
-  const std::size_t number;  ///< index in the order of attachment
+  const std::size_t number;  ///< number of nodes that were attached before this node
   const TransmitOrder order;
   const std::vector<Filter> filters;
   Bus::FrameHandler on_frame;
   Bus::FrameHandler on_sent;
   Bus::StateHandler on_state;
   std::uint32_t key = never;  ///< arbitration key of the frame to send next
-  Time suspended_until;       ///< end of the pause of an error-passive node
+  Time suspended_until;       ///< end of the pause after a transmission, if the node is error-passive
   BusCounters counters;
   std::array<Frame, SimBus::transmit_queue_length> queue;
   std::size_t oldest = 0;
   std::size_t queued = 0;
-  Frame returned;  ///< the frame that was destroyed on the wire; it is sent again before the queue
+  Frame returned;  ///< the frame that was destroyed on the wire and is sent again, if sends_again
   bool sends_again = false;
   bool attached = true;
   bool off = false;     ///< the node is in bus-off
   bool missed = false;  ///< the node is error-passive and detected an error in the frame on the wire
   FaultConfinement confinement;
-  BusState reported = BusState::active;  ///< the last state that the handler received
+  BusState reported = BusState::active;  ///< the last state that was passed to on_state
   NodeFaults faults;
   Recovery recovery = Recovery::none;
-  unsigned sequences_left = 0;  ///< sequences of recessive bits until recovery
+  unsigned sequences_left = 0;  ///< sequences of 11 recessive bits that are missing until recovery
   Time recessive_since;
   std::unique_ptr<Timer> recovery_timer;
 
@@ -119,7 +124,8 @@ struct Node {
     return filters.empty() || std::ranges::find(filters, id, &Filter::id) != filters.end();
   }
 
-  /// Returns false if the node refuses the frame.
+  /// Puts a frame into the transmit queue. Returns false if the queue is full, the node is in bus-off, or the
+  /// frame is invalid.
   bool push(const Frame& frame) {
     if (off || queued == queue.size() || !can_be_sent(frame)) return false;
     std::size_t place = queued++;

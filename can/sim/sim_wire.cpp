@@ -29,7 +29,7 @@ Transmission Disturbance::draw(const Frame& frame, const Node& sender, Nodes nod
   const FrameBits whole = frame_bits(frame);
   const bool acknowledged =
       std::ranges::any_of(nodes, [&](const auto& node) { return node.get() != &sender && node->listens(); });
-  // The error flag begins at the ACK delimiter. The ACK delimiter and the end of frame have eight bits.
+  // Without an acknowledgement, an error flag replaces the ACK delimiter and the end of frame, eight bits.
   const unsigned bits = whole.total() - interframe_bits - (acknowledged ? 0 : 8);
   if (is_active_) {
     if (const auto destroyed = error_within(whole, bits, sender, nodes)) return *destroyed;
@@ -54,7 +54,7 @@ std::optional<Transmission> Disturbance::error_within(const FrameBits& frame, un
     const unsigned bit = first_error(node->faults.receive_bit_error, bits);
     if (bit == bits) continue;
     if (node->confinement.passive()) {
-      node->missed = true;  // its error flag is recessive: other nodes do not detect it
+      node->missed = true;  // other nodes do not detect the recessive error flag of this node
     } else {
       take(*node, bit);
     }
@@ -67,8 +67,8 @@ std::optional<Transmission> Disturbance::error_within(const FrameBits& frame, un
                       .witness = witness};
 }
 
-/// Draws the first bit in error, with the probability `per_bit` for each bit (geometric distribution).
-/// Returns `none` if no bit of this frame is in error.
+/// Draws the index of the first bit with an error; each bit has an error with the probability `per_bit`
+/// (geometric distribution). Returns `none`, the number of bits, if no bit of the frame has an error.
 unsigned Disturbance::first_error(double per_bit, unsigned none) {
   if (per_bit <= 0.0) return none;
   if (per_bit >= 1.0) return 0;
@@ -76,8 +76,8 @@ unsigned Disturbance::first_error(double per_bit, unsigned none) {
   return bit < none ? static_cast<unsigned>(bit) : none;
 }
 
-/// Draws the number of dominant bits just before an error flag, 0..4. The other nodes detect the stuff error,
-/// and send their flags, earlier by this number of bits.
+/// Draws the number of dominant bits just before an error flag, 0..4. The flag continues this run of dominant
+/// bits, so that other nodes detect a stuff error, and send their flags, earlier by this number of bits.
 unsigned Disturbance::dominant_bits_before_flag() {
   return std::min<unsigned>(static_cast<unsigned>(std::countr_one(random_())), 4);
 }
@@ -135,7 +135,7 @@ bool Wire::send(Node& node, const Frame& frame) {
   return true;
 }
 
-/// Updates the list of pending nodes after the node's queue changed.
+/// Updates pending_, the list of nodes with a frame to send, after the queue of `node` changed.
 void Wire::note_pending(Node& node) {
   const auto place = std::ranges::find(pending_, &node);
   if ((place != pending_.end()) == (node.key != never)) return;
@@ -182,7 +182,7 @@ void Wire::arbitrate() {
   timer_->expire_at(now + duration_of({.nominal = nominal - interframe_bits, .data = data}));
 }
 
-/// Waits if all nodes with a frame to send are error-passive and pause. Another node may send earlier.
+/// Waits for the end of the first pause if all nodes with a frame to send are error-passive and pause.
 void Wire::await_suspended() {
   std::optional<Time> earliest;
   for (const Node* node : pending_)
@@ -200,7 +200,7 @@ void Wire::count_losers(const Node& winner) {
 
 void Wire::finish() {
   calling_handlers_ = true;
-  const std::size_t present = nodes_.size();  // a node that a handler attaches does not receive the frame
+  const std::size_t present = nodes_.size();  // a node that a handler attaches now does not get this frame
   if (transmission_.end == Transmission::End::delivered) {
     deliver(present);
   } else {
@@ -340,7 +340,7 @@ void Wire::expect_recessive(Node& node, Time since) const {
                                  duration_of({.nominal = node.sequences_left * recovery_sequence_bits}));
 }
 
-/// Counts the recessive bits up to now, because a frame begins.
+/// Counts the recessive bits until now for each node that recovers from bus-off, because a frame begins now.
 void Wire::count_recessive_bits() {
   if (nodes_off_ == 0) return;
   for (const auto& node : nodes_) {
@@ -354,8 +354,8 @@ void Wire::count_recessive_bits() {
   }
 }
 
-/// Counts the eleven recessive bits at the end of every frame, complete or destroyed; three of them are
-/// interframe space.
+/// Counts the eleven recessive bits at the end of a frame for each node that recovers from bus-off. A
+/// complete and a destroyed frame both end with these bits, interframe space included.
 void Wire::add_recessive_end() {
   if (nodes_off_ == 0) return;
   for (const auto& node : nodes_) {

@@ -1,5 +1,5 @@
-// The wire of the simulated bus: decides which node sends next, for how long, and which nodes receive the
-// frame. Internal to the simulated bus.
+// The wire of the simulated bus: decides which node sends next, how long the transmission takes, and which
+// nodes receive the frame. Only for use within can/sim.
 #pragma once
 
 #include <cstddef>
@@ -15,33 +15,34 @@
 
 namespace hystcan::can::sim {
 
-/// The end of a frame on the wire.
+/// The transmission of one frame: how it ends, and how many bits it takes.
 struct Transmission {
   enum class End : std::uint8_t { delivered, not_acknowledged, destroyed };
   End end = End::delivered;
-  BitCount bits;                  ///< from start of frame to the end of the interframe space
-  const Node* witness = nullptr;  ///< the one node that detected the error first; null if all detected it at
-                                  ///< the same bit
+  BitCount bits;                  ///< bits from the start of the frame to the end of the interframe space
+  const Node* witness = nullptr;  ///< the node that detected the error before all other nodes; null if all
+                                  ///< nodes detected the error at the same bit
 };
 
 using Nodes = std::span<const std::unique_ptr<Node>>;
 
-/// Draws the bit errors. Each bit has an error with a given probability, for all nodes or for one node. The
-/// first error ends the frame.
+/// Draws random bit errors. Each bit of a frame has an error with a given probability, either for all nodes
+/// or for one node. The first error ends the transmission.
 class Disturbance {
  public:
   /// `bit_error` is the probability of an error for all nodes at once.
   Disturbance(double bit_error, std::uint64_t seed) : bit_error_(bit_error), random_(seed) {}
 
   void set_bit_error(double probability) { bit_error_ = probability; }
-  /// Call this when a node is attached or detached, or when its faults change.
+  /// Updates is_active(). Call when the faults of a node change, or when a node is detached.
   void note_faults(Nodes nodes);
-  /// Returns true if at least one probability is above 0.
+  /// Returns true if at least one probability of an error is above 0.
   bool is_active() const { return is_active_; }
 
-  /// Marks the error-passive nodes that miss the frame because only they detect an error.
+  /// Draws the transmission of a frame. Sets Node::missed for each error-passive node that alone detects an
+  /// error: this node then misses the frame.
   Transmission draw(const Frame& frame, const Node& sender, Nodes nodes);
-  /// Returns true if this node alone loses the frame because its receive buffer is full.
+  /// Draws an overrun: returns true if this node loses the frame because its receive buffer is full.
   bool overruns(const Node& node) { return node.faults.overrun > 0.0 && uniform() < node.faults.overrun; }
 
  private:
@@ -68,8 +69,8 @@ class Receivers {
 
  private:
   std::vector<Node*> unfiltered_;                                   ///< nodes that receive every frame
-  std::unordered_map<std::uint32_t, std::vector<Node*>> filtered_;  ///< receivers of each identifier in a
-                                                                    ///< filter
+  std::unordered_map<std::uint32_t, std::vector<Node*>> filtered_;  ///< nodes that receive an identifier,
+                                                                    ///< if a filter has this identifier
 };
 
 class Wire : public std::enable_shared_from_this<Wire> {
@@ -78,8 +79,8 @@ class Wire : public std::enable_shared_from_this<Wire> {
 
   Node& attach(TransmitOrder order, std::span<const Filter> filters);
   void detach(Node& node);
-  /// Returns false if the node refuses the frame. All nodes that send at this instant take part in the
-  /// arbitration.
+  /// Puts a frame into the queue of a node. Returns false if Node::push() refuses the frame. The frames that
+  /// all nodes send at the same instant take part in one arbitration.
   bool send(Node& node, const Frame& frame);
   void request_restart(Node& node);
   void note_faults() { disturbance_.note_faults(nodes_); }
@@ -129,13 +130,13 @@ class Wire : public std::enable_shared_from_this<Wire> {
   std::vector<Node*> pending_;  ///< the nodes with a frame to send
   std::size_t attached_ = 0;    ///< number of nodes attached since the start
   Frame frame_;                 ///< the frame on the wire
-  Transmission transmission_;   ///< the transmission of frame_
+  Transmission transmission_;   ///< how the transmission of frame_ ends
   Node* sender_ = nullptr;
   bool on_wire_ = false;
   bool contending_ = false;
   bool calling_handlers_ = false;
   bool any_detached_ = false;
-  bool any_receive_error_ = false;  ///< a receive error counter may be above 0
+  bool any_receive_error_ = false;  ///< true if the receive error counter of a node may be above 0
   std::unique_ptr<Timer> timer_;
 };
 

@@ -10,10 +10,11 @@ namespace hystcan::can {
 struct VirtualClock::Alarm {
   static constexpr std::size_t idle = std::numeric_limits<std::size_t>::max();
   std::function<void()> on_expiry;
-  std::size_t place = idle;  ///< index in the heap
+  std::size_t place = idle;  ///< index in the heap; `idle` if the alarm is not set
 };
 
-/// A binary heap of the armed alarms. Each alarm stores its index, so that the heap can move or remove it.
+/// A binary heap of the alarms that are set, the next one first. Each alarm stores its index in the heap, so
+/// that the queue can change its deadline or remove it.
 class VirtualClock::Queue {
  public:
   Time now() const { return now_; }
@@ -55,7 +56,8 @@ class VirtualClock::Queue {
       now_ = due.deadline;
       ringing_ = due.alarm;
       due.alarm->on_expiry();
-      // The alarm is still the first: nothing is armed before now. Most handlers arm it again.
+      // If the handler did not set this alarm again, the alarm is still the first one in the heap: no alarm
+      // can be set to a time before now. The queue removes it.
       if (!heap_.empty() && heap_.front().order == due.order) disarm(*due.alarm);
       ringing_ = nullptr;
       doomed_.reset();
@@ -98,7 +100,7 @@ class VirtualClock::Queue {
   std::size_t alarms_ = 0;
   std::uint64_t next_order_ = 0;
   Alarm* ringing_ = nullptr;
-  std::unique_ptr<Alarm> doomed_;  ///< an alarm that its running handler destroyed
+  std::unique_ptr<Alarm> doomed_;  ///< an alarm whose own handler destroyed its timer, until the handler ends
 };
 
 VirtualClock::VirtualClock() : queue_(std::make_shared<Queue>()) {}

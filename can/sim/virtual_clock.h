@@ -8,7 +8,8 @@
 
 namespace hystcan::can {
 
-/// A discrete-event scheduler. Events at the same instant run in the order in which their timers were set.
+/// A discrete-event scheduler in virtual time. Timers that expire at the same instant run in the order in
+/// which they were set.
 class VirtualClock final : public Scheduler {
  public:
   VirtualClock();
@@ -17,14 +18,15 @@ class VirtualClock final : public Scheduler {
   Time now() const override;
   std::unique_ptr<Timer> make_timer(std::function<void()> on_expiry) override;
 
-  /// Runs every event up to and including `end`; the time is then `end`. A deadline in the past is due now.
-  /// An event must not call this function.
+  /// Runs the handler of every timer that expires up to and including `end`; the time is then `end`. A timer
+  /// whose deadline is in the past expires now. A handler must not call this function.
   void run_until(Time end);
 
  private:
   class Queue;
   struct Alarm;
-  std::shared_ptr<Queue> queue_;  ///< shared, because a timer may outlive the clock and then never expires
+  std::shared_ptr<Queue>
+      queue_;  ///< shared with timers: a timer may outlive the clock, and never expires then
 };
 
 }  // namespace hystcan::can
