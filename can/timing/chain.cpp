@@ -5,7 +5,7 @@
 namespace hystcan::can {
 namespace {
 
-/// Number of cycles after which left-over frames make the response unbounded.
+/// If frames are still left over after this number of cycles, the response time counts as unbounded.
 constexpr int cycles_max = 100;
 
 std::uint32_t priority_order(const ChainSource& source) {
@@ -18,7 +18,8 @@ bool share_an_axis(const ChainSource& one, const ChainSource& other) {
 
 class Chain {
  public:
-  /// `sample`: the last sample that `last` waits for; null if `last` is not a command.
+  /// `last`: the frame whose response time is computed. `sample`: the sample that arrives last of all samples
+  /// that the command `last` waits for; null if `last` is not a command.
   Chain(std::span<const ChainSource> sources, const ChainSource* sample, const ChainSource& last,
         const ChainTiming& timing)
       : sources_(sources),
@@ -51,7 +52,8 @@ class Chain {
   }
 
  private:
-  /// Returns w(0) (chain.h): the latest start of the last link if no frame was left over.
+  /// Returns w(0) in chain.h: the latest time after SYNC at which the transmission of last_ begins, if no
+  /// frame was left over from the previous cycle.
   std::optional<Duration> alone() const {
     Duration own = last_.role == ChainRole::sync ? Duration::zero() : timing_.turnaround + in_slots(1);
     std::vector<const ChainSource*> before;
@@ -75,7 +77,8 @@ class Chain {
     });
   }
 
-  /// Returns L (chain.h): the longest frames that have begun when a link is queued, one for each link.
+  /// Returns L in chain.h: the total time of the longest frames whose transmission has begun when a link of
+  /// the chain is queued, one frame for each link. `after`: all such frames, the longest first.
   Duration blocking(std::span<const ChainSource* const> after, Duration window) const {
     std::int64_t times = last_.role == ChainRole::sync ? 1 : last_.role == ChainRole::sample ? 2 : 3;
     Duration sum{};
@@ -87,7 +90,8 @@ class Chain {
     return sum;
   }
 
-  /// Returns w(q) (chain.h), q > 0: the latest start of the last link if frames were left over q times.
+  /// Returns w(q) in chain.h for q > 0: the latest time at which the transmission of last_ begins, if frames
+  /// were left over at q SYNCs in succession.
   std::optional<Duration> with_left_overs(int q) const {
     const bool is_sync = last_.role == ChainRole::sync;
     const int answered = is_sync ? q : q + 1;
@@ -100,8 +104,8 @@ class Chain {
     });
   }
 
-  /// Returns the time at which all commands and the slot of cycle q, and the heartbeat queued behind them,
-  /// are sent.
+  /// Returns the latest time at which the bus has sent all commands of cycle q, the frame of its slot, and
+  /// the controller's heartbeat, which is queued behind the commands.
   std::optional<Duration> end_of_cycle(int q) const {
     const Duration own = (q + 1) * timing_.turnaround + in_slots(q + 1);
     return settle([&](Duration w) {
@@ -111,7 +115,8 @@ class Chain {
     });
   }
 
-  /// Returns D(cycles) (chain.h): the longest time that frames in slots take in so many cycles.
+  /// Returns D(cycles) in chain.h: the longest time that the frames in slots take in `cycles` consecutive
+  /// cycles.
   Duration in_slots(int cycles) const {
     Duration greatest{};
     for (std::size_t first = 0; first < of_slot_.size(); ++first) {
@@ -123,9 +128,9 @@ class Chain {
     return greatest;
   }
 
-  /// Returns the sum of `own`, of the controller's axis statuses of `status_cycles` cycles, and, for every
-  /// other frame without a slot, of times(source, count) transmissions; `count` is the maximum number of such
-  /// frames in the window.
+  /// Returns the sum of three times. (1) `own`. (2) The controller's axis statuses, at most `status_cycles`
+  /// of them. (3) For every other frame without a slot, times(source, count) transmissions; `count` is the
+  /// maximum number of these frames in the time `window`.
   template <class Times>
   std::optional<Duration> with_all(Duration own, std::int64_t status_cycles, Duration window,
                                    Times times) const {
@@ -146,7 +151,8 @@ class Chain {
     return sum + std::min(statuses, status_cycles) * longest_status;
   }
 
-  /// Returns the least fixed point of `next`; nullopt if it exceeds the limit or if `next` returns nullopt.
+  /// Returns the least fixed point of the function `next`; nullopt if the fixed point exceeds limit_ or if
+  /// `next` returns nullopt.
   template <class Next>
   std::optional<Duration> settle(Next next) const {
     Duration value{};
@@ -161,13 +167,14 @@ class Chain {
     return &source == &last_ || source.role == ChainRole::sync || &source == sample_;
   }
 
-  /// Returns true if `last` is a command that may be queued behind the frame `source` in the controller.
+  /// Returns true if last_ is a command that may wait behind the frame `source` in the controller's queue.
   bool shares_queue(const ChainSource& source) const {
     if (last_.role != ChainRole::command) return false;
     return source.role == ChainRole::command || (source.slot && is_of_controller(source.role));
   }
 
-  /// Returns true if the frame answers `last`. If nothing is left over, it is sent only after `last`.
+  /// Returns true if the frame `source` is an answer to last_. If no frame is left over from the previous
+  /// cycle, such an answer is sent only after last_.
   bool comes_after_last(const ChainSource& source) const {
     if (last_.role == ChainRole::sync) return is_link(source.role);
     return last_.role == ChainRole::sample && source.role == ChainRole::command &&
@@ -176,7 +183,8 @@ class Chain {
 
   Duration cost(const ChainSource& source) const { return worst_transmission(source.frame, timing_.rates); }
 
-  /// Returns n_k(window) (chain.h): the maximum number of these frames in the window; nullopt: unbounded.
+  /// Returns n_k(window) in chain.h: the maximum number of frames of this source in the time `window`;
+  /// nullopt if there is no maximum.
   std::optional<std::int64_t> instances(const ChainSource& source, Duration window) const {
     const bool is_status = source.role == ChainRole::controller_status;
     if (!source.response && !is_status) return std::nullopt;
@@ -197,8 +205,8 @@ class Chain {
   std::vector<Duration> of_slot_;  ///< the longest frame of each slot
 };
 
-/// Sets the jitter of the frames that follow SYNC: the time from the start of the period until queued. A
-/// frame that is due just after its slot waits for the next slot.
+/// Sets the jitter of each frame that follows SYNC: the longest time from the start of its period until the
+/// frame is queued. A frame that is due just after its slot waits for the next slot.
 void set_jitter(std::span<ChainSource> sources, Duration sync_response, const ChainTiming& timing) {
   const Duration answered = sync_response + timing.turnaround;
   for (ChainSource& source : sources) {
@@ -211,8 +219,8 @@ void set_jitter(std::span<ChainSource> sources, Duration sync_response, const Ch
   }
 }
 
-/// Computes the responses of the frames that are not links (Davis, Burns, Bril, Lukkien). Returns true if one
-/// changed.
+/// Computes the response times of all frames except SYNC, samples and commands, with analyse(). Returns true
+/// if a response time changed.
 bool respond_to_jitter(std::span<ChainSource> sources, const BitRates& rates) {
   std::vector<PeriodicFrame> frames;
   frames.reserve(sources.size());

@@ -1,40 +1,54 @@
-// The worst-case response time of the chain of a cycle: SYNC, then sample, then command. Each of these frames
-// is a link of the chain. docs/theory/bus.md has the derivation.
+// The worst-case response time of the chain of a control cycle. The chain consists of the frames SYNC, sample
+// and command, in this order; each of these frames is a link. The last link is the frame whose response time
+// is computed. docs/theory/bus.md has the derivation.
 //
-// q = 0 is a SYNC that finds no frame of the previous cycle, neither on the wire nor in the controller's
-// queue.
-// q = 1, 2, ... is the q-th SYNC after it, if frames were left over at each SYNC in between.
+// A frame is left over at a SYNC if it is still on the wire or in the controller's transmit queue. At the
+// SYNC with q = 0, no frame of the previous cycle is left over; its time is 0. q = 1, 2, ... is the q-th SYNC
+// after it, if frames were left over at each SYNC in between.
 //
-//   w(0) = own + L + sum over the frames before:  n_k(w(0)) C_k
-//   w(q) = (q + 1) turnaround + sum over all other frames:  n_k(w(q)) C_k,   q + 1 of each link but the last
+//   w(0) = own + L + sum over the frames "before":  n_k(w(0)) C_k
+//   w(q) = (q + 1) turnaround + sum over all frames k:  n_k(w(q)) C_k    for q > 0
 //   R    = max over q of  w(q) - q T + C
 //
-//   own      the links before the last one, and the turnaround. A command that waits for several samples
-//            ends one chain for each sample; R is the greatest response of these chains
-//   before   the frames with more priority than the weakest link; they may pass while a link waits. The
-//            controller's queue is first in, first out, so that all commands count as the weakest command
-//   L        the longest of the other frames, one for each link, which has begun when the link is queued
-//   n_k(w)   ceil((w + J_k + tau_bit) / T_k)
-//   J_k      the frame's own response, so that a frame that is left over at 0 counts; 0 for the frames of
-//            the cycle, none of which is left over
+//   w(q)     the latest time at which the transmission of the last link begins, in the cycle after SYNC q
+//   R        the worst-case response time of the last link
+//   T, T_k   the period of the cycle, and the period of frame k
+//   C, C_k   the longest transmission time of the last link, and of frame k
+//   n_k(w)   ceil((w + J_k + tau_bit) / T_k), the maximum number of frames k until the time w. In w(q), each
+//            link before the last one counts q + 1 times instead, and the last link q times
+//   J_k      the response time of frame k, so that a frame which is left over at the time 0 counts; 0 for the
+//            links, because no link is left over at the time 0
+//   tau_bit  the time of one bit
+//   own      the transmission times of the links before the last one, and one turnaround: the time in which
+//            sensor and controller queue their answers. own is 0 if SYNC is the last link. A command that
+//            waits for several samples is the last link of one chain for each sample; R is the greatest
+//            response time of these chains
+//   before   the frames with a higher priority than the weakest link (the link with the lowest priority).
+//            These frames may be sent while a link waits. The controller's queue is first in, first out.
+//            Therefore every command counts as if it had the priority of the weakest command
+//   L        the sum of the longest of all other frames, one frame for each link: when a link is queued, the
+//            transmission of such a frame may have begun
 //
-// The controller queues its heartbeat and one axis status per cycle after the commands. Therefore w(0)
-// contains neither, and w(q) contains at most q status frames in total, with the length of the longest. The
-// frames that follow the last link also count q times in w(q). The J_k of a status is the time at which it
-// may be queued, not the time at which its transmission ends.
+// The controller queues its heartbeat and the status of one axis after the commands of a cycle. Therefore
+// w(0) contains neither of these frames, and w(q) contains at most q statuses in total, each with the length
+// of the longest status. A frame that answers the last link counts at most q times in w(q). For a status, J_k
+// is the latest time at which it is queued, not its response time. If SYNC is the last link, w(q) contains
+// only q turnarounds.
 //
-// Frames in slots are sent only after the SYNC of their slot, one per cycle; `slots` cycles are one round.
-// The controller then queues its own frame after SYNC. These frames are in none of the sums above, and none
-// of them is left over at 0. Instead, w(q) contains D(q + 1), or D(q) if SYNC is the last link:
+// If the bus has slots, a node sends its heartbeat or status only after the SYNC of its slot. A round has
+// `slots` cycles; each cycle has at most one such frame. The controller queues its own frame after SYNC.
+// The sums above do not contain the frames in slots, and none of these frames is left over at the time 0.
+// Instead, w(q) contains the additional term D(q + 1), or D(q) if SYNC is the last link:
 //
-//   D(n)     the greatest sum, over n consecutive cycles, of the longest frame of each slot
+//   D(n)     the greatest total time of the frames in slots in n consecutive cycles; for each slot, the time
+//            of its longest frame
 //
-// The controller's frame may have less priority than all others while commands are queued behind it; it then
-// counts as the weakest link.
+// The commands of a cycle wait in the queue behind the controller's frame in a slot. This frame counts as the
+// weakest link if it has a lower priority than all links.
 //
-// From 0 to w(q), q > 0, the bus is idle only while a node of the chain works: the controller's heartbeat
-// waits in the queue behind the commands of a cycle, and if it is sent before the next SYNC, that SYNC is a q
-// = 0. q increases until all commands of a cycle and the heartbeat behind them are sent before the next SYNC.
+// q increases until all commands of a cycle, and the controller's heartbeat behind them in the queue, are
+// sent before the next SYNC. No frame is left over at this SYNC, so that it is again a SYNC with q = 0.
+// Between the time 0 and w(q), the bus is idle only during a turnaround.
 //
 // Assumptions:
 //
@@ -54,7 +68,7 @@
 
 namespace hystcan::can {
 
-/// The purpose of a frame.
+/// The purpose of a frame in a control cycle.
 enum class ChainRole {
   sync,
   sample,
@@ -66,7 +80,7 @@ enum class ChainRole {
   heartbeat
 };
 
-/// Returns true for the frames that occur in every cycle.
+/// Returns true for a link of the chain SYNC, sample, command: a frame that occurs in every cycle.
 constexpr bool is_link(ChainRole role) {
   return role == ChainRole::sync || role == ChainRole::sample || role == ChainRole::command;
 }
@@ -78,12 +92,14 @@ constexpr bool is_of_controller(ChainRole role) {
 struct ChainSource {
   PeriodicFrame frame;
   ChainRole role = ChainRole::heartbeat;
-  /// The axes in the frame. A command waits for every sample that shares an axis with it.
+  /// The axes whose values are in the frame. A command waits for every sample that shares an axis with the
+  /// command.
   std::vector<std::size_t> axes;
-  /// The cycle of a round in which the frame may be sent, 0..slots - 1; nullopt: at any time.
+  /// The slot of the frame: the only cycle of a round in which it may be sent, 0..slots - 1. nullopt: the
+  /// frame has no slot and may be sent at any time.
   std::optional<unsigned> slot{};
-  /// Worst-case response time (R), from the start of the cycle for a link, from the start of its period for
-  /// any other frame; nullopt: unbounded.
+  /// Worst-case response time. It begins with the cycle for SYNC, sample and command, and with the period of
+  /// the frame for any other frame. nullopt: the response time has no bound.
   std::optional<Duration> response{Duration::zero()};
 };
 
@@ -91,18 +107,20 @@ struct ChainTiming {
   BitRates rates;
   Duration cycle{};
   Duration turnaround{};
-  unsigned slots = 0;  ///< number of cycles in a round
+  unsigned slots = 0;  ///< number of cycles in a round of slots; 0: no slots
 };
 
-/// Computes the response time (R) of the chain that ends with `last`, from the responses of the frames that
-/// are not links. nullopt: unbounded.
+/// Computes the worst-case response time of the chain that ends with the frame `last`. All other frames than
+/// SYNC, sample and command must have their response times in `sources`. Returns nullopt if the response time
+/// has no bound.
 std::optional<Duration> chain_response(std::span<const ChainSource> sources, const ChainSource& last,
                                        const ChainTiming& timing);
 
-/// Computes every response. The responses of the links give the jitter of the other frames, and the responses
-/// of the other frames change those of the links. The function repeats both steps until nothing changes.
-/// (K. Tindell, J. Clark, "Holistic schedulability analysis for distributed hard real-time systems",
-/// Microprocessing and Microprogramming 40, 1994.)
+/// Computes the response times of all frames in `sources`. The response times of the links (SYNC, sample,
+/// command) determine the jitter of the other frames. The response times of the other frames change the
+/// response times of the links. The function therefore repeats both steps until nothing changes. (K. Tindell,
+/// J. Clark, "Holistic schedulability analysis for distributed hard real-time systems", Microprocessing and
+/// Microprogramming 40, 1994.)
 void respond(std::span<ChainSource> sources, const ChainTiming& timing);
 
 }  // namespace hystcan::can

@@ -9,7 +9,8 @@ namespace {
 
 constexpr unsigned error_frame_bits = 31;
 
-/// A longer busy period counts as infinite; reaching it needs a load within 1e-6 of 1.
+/// A busy period longer than this limit counts as infinite. Only a bus load within 1e-6 of 1 can cause such a
+/// period.
 constexpr Duration endless = std::chrono::hours(1);
 
 std::int64_t divide_up(std::int64_t value, std::int64_t by) { return (value + by - 1) / by; }
@@ -53,7 +54,7 @@ class Analysis {
     });
     if (!busy) return result;
     const std::int64_t last = instances(*busy + frame.jitter, frame.period);
-    Duration queued{};  // w(q) never decreases: the search for w(q) starts at w(q - 1)
+    Duration queued{};  // w(q - 1), where the search for w(q) starts: w(q) >= w(q - 1)
     for (std::int64_t q = 0; q < last; ++q) {
       const auto w = settle(std::max(queued, result.blocking + q * cost_), [&](Duration guess) {
         return result.blocking + q * cost_ + interference(guess, bits(1)) + recovery(guess + cost_);
@@ -70,8 +71,8 @@ class Analysis {
   }
 
  private:
-  /// Collects the frames of higher priority and the cost of an error. Returns B, the blocking by frames
-  /// of lower priority.
+  /// Collects the frames of higher priority than own_ in higher_, and the time that one error costs in
+  /// disturbance_. Returns the longest transmission time of a frame of lower priority.
   Duration collect_others() {
     higher_.clear();
     Duration blocking{};
@@ -108,8 +109,8 @@ class Analysis {
     return error_interval_ ? instances(window, *error_interval_) * disturbance_ : Duration::zero();
   }
 
-  /// Returns the least fixed point, at or above `from`, of a non-decreasing function; nullopt if it exceeds
-  /// `endless`.
+  /// Returns the least fixed point of the non-decreasing function `next` at or above `from`; nullopt if the
+  /// fixed point exceeds `endless`.
   template <class Next>
   static std::optional<Duration> settle(Duration from, Next next) {
     Duration value = std::max(from, Duration{1});
@@ -127,7 +128,7 @@ class Analysis {
   Duration cost_{};
   Duration disturbance_{};
   double level_load_ = 0.0;
-  std::vector<std::pair<const PeriodicFrame*, Duration>> higher_;  ///< with their transmission times
+  std::vector<std::pair<const PeriodicFrame*, Duration>> higher_;  ///< and transmission time
 };
 
 }  // namespace
@@ -138,8 +139,9 @@ BitCount worst_frame_bits(const PeriodicFrame& frame) {
     const unsigned stuffed = (frame.extended ? 54 : 34) + 8 * frame.bytes;
     return {.nominal = stuffed + tail + (stuffed - 1) / 4};
   }
-  // The stuff bits before BRS are at most 3, or 7 if extended. `res` and BRS differ, so that the run before
-  // the first data bit is at most the 6 bits of the header from BRS on; the last data bit takes no stuff bit.
+  // CAN FD: the bits before BRS have at most 3 stuff bits, or 7 with an extended identifier. BRS differs from
+  // the bit before it (res), so that a run of equal bits cannot begin before BRS. The last data bit has no
+  // stuff bit after it.
   const unsigned nominal = (frame.extended ? 36 + 7 : 17 + 3) + 12;
   const unsigned check = frame.bytes <= 16 ? 27 : 32;  // stuff count, CRC 17 or 21, fixed stuff bits
   const unsigned data = 5 + 8 * frame.bytes + (8 * frame.bytes + 4) / 4 + check + 1;
