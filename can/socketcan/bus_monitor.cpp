@@ -18,7 +18,8 @@
 namespace hystcan::can {
 namespace {
 
-constexpr int receive_buffer_bytes = 8 << 20;  // the kernel grants at most net.core.rmem_max
+constexpr int receive_buffer_bytes =
+    8 << 20;  // without CAP_NET_ADMIN, the kernel limits the buffer to net.core.rmem_max
 constexpr std::chrono::milliseconds reopen_every{50};
 
 int open_tap(const std::string& interface) {
@@ -33,7 +34,7 @@ int open_tap(const std::string& interface) {
   return socket.release();
 }
 
-/// Returns the number of frames that the kernel dropped on this socket, also if no frame followed them.
+/// Returns the number of frames that the kernel has dropped on this socket until now.
 std::uint32_t drops_of(int socket) {
   std::array<std::uint32_t, SK_MEMINFO_VARS> values{};
   socklen_t bytes = sizeof values;
@@ -64,7 +65,7 @@ void BusMonitor::listen(std::chrono::milliseconds at_most, const Handler& handle
   if (::poll(&waiting, 1, static_cast<int>(at_most.count())) <= 0) return;
   if (take(handler) >= 0 || errno == EAGAIN || errno == EINTR) return;
   up_ = false;
-  while (take(handler) > 0) continue;  // reads frames that arrived before the interface was lost
+  while (take(handler) > 0) continue;  // reads frames that arrived before the interface went down
   finish(handler);
 }
 
@@ -92,7 +93,7 @@ void BusMonitor::report_lost(std::uint32_t lost_of_socket, std::chrono::microsec
   handler({time, interface_, drop_notice(more), Direction::unstated});
 }
 
-// Opens a new socket, because an interface that was unplugged and plugged in again is a new interface.
+// Opens a new socket: an adapter that was unplugged and plugged in again is a new interface for the kernel.
 void BusMonitor::reopen() {
   try {
     const int socket = open_tap(interface_);

@@ -1,5 +1,5 @@
-// Receives everything on an interface: frames of every node and of this host's programs, error frames, and
-// the number of frames that the kernel dropped.
+// Receives all frames on a CAN interface: frames of other nodes, frames of programs on this computer, and
+// error frames. Counts the frames that the kernel dropped.
 #pragma once
 
 #include <chrono>
@@ -13,7 +13,8 @@
 
 namespace hystcan::can {
 
-/// If the interface goes down or disappears, the monitor waits until it is up again.
+/// Receives all frames on an interface. If the interface goes down or disappears, the monitor waits until the
+/// interface is up again.
 class BusMonitor {
  public:
   using Handler = std::function<void(const LoggedFrame& frame)>;
@@ -24,18 +25,19 @@ class BusMonitor {
   BusMonitor(const BusMonitor&) = delete;
   BusMonitor& operator=(const BusMonitor&) = delete;
 
-  /// Waits for a frame or a signal, for at most `at_most`; then passes all available frames to the handler. A
-  /// drop_notice() replaces the frames that the kernel dropped.
+  /// Waits for a frame or a signal of the operating system, but not longer than `at_most`. Then passes all
+  /// available frames to the handler. If the kernel dropped frames, the handler receives a drop_notice().
   void listen(std::chrono::milliseconds at_most, const Handler& handler);
 
-  /// Reports the frames that the kernel dropped after the last received frame.
+  /// Passes a drop_notice() to the handler if the kernel dropped frames after the last received frame.
   void finish(const Handler& handler);
 
   bool up() const { return up_; }
   std::uint64_t lost() const { return lost_; }
 
  private:
-  /// Reads one batch and returns its size, or -1 like ReceiveBatch::read().
+  /// Reads one batch of frames and passes the frames to the handler. Returns the number of frames, or -1 with
+  /// errno like ReceiveBatch::read().
   int take(const Handler& handler);
   void reopen();
   void report_lost(std::uint32_t lost_of_socket, std::chrono::microseconds time, const Handler& handler);
@@ -43,7 +45,7 @@ class BusMonitor {
   std::string interface_;
   int socket_;
   bool up_ = true;
-  std::optional<ReceiveBatch> batch_;  ///< new for each socket, because it counts the lost frames
+  std::optional<ReceiveBatch> batch_;  ///< a new batch for each socket: a batch counts the lost frames
   std::uint32_t lost_of_socket_ = 0;
   std::uint64_t lost_ = 0;
 };

@@ -1,7 +1,6 @@
 #include "can/socketcan/interface.h"
 
-// net/if.h must be first: linux/if.h then omits the declarations that both have, even if Asio includes
-// net/if.h later.
+// net/if.h must be the first include: linux/if.h then leaves out the declarations that are also in net/if.h.
 #include <net/if.h>
 
 #include <fmt/format.h>
@@ -50,7 +49,8 @@ std::vector<std::byte> ask_for_link(const std::string& name) {
   return reply;
 }
 
-/// Throws RunError if the kernel has no CAN support, so that the user does not search for an interface.
+/// Throws RunError if the kernel has no CAN support. Without this check, the user would look for a missing
+/// interface.
 void require_can_support() {
   const Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (socket.get() < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))
@@ -58,7 +58,7 @@ void require_can_support() {
                    {.remedy = "scripts/guest starts a kernel with CAN support"});
 }
 
-/// Throws RunError if the interface is absent or not a CAN interface.
+/// Returns the interface of this name. Throws RunError if it does not exist or is not a CAN interface.
 Interface require_interface(const std::string& name) {
   require_can_support();
   const auto interface = query_interface(name);
@@ -103,7 +103,8 @@ std::string text_of(Bytes bytes) {
 
 static_assert(CAN_STATE_BUS_OFF == static_cast<int>(BusState::bus_off), "Linux numbers the states as we do");
 
-/// Returns nullopt if the interface is stopped or sleeping: it is down.
+/// Converts the state that Linux reports. Returns nullopt if the CAN controller is stopped or sleeping,
+/// because the interface is down.
 std::optional<BusState> state_of(std::uint32_t can_state) {
   return can_state <= CAN_STATE_BUS_OFF ? std::optional(static_cast<BusState>(can_state)) : std::nullopt;
 }
@@ -124,7 +125,7 @@ void read_can_attribute(int type, Bytes value, Interface& interface) {
   }
   if (type != IFLA_CAN_BITTIMING && type != IFLA_CAN_DATA_BITTIMING) return;
   const auto timing = read_as<can_bittiming>(value);
-  if (timing.bitrate == 0) return;  // not configured
+  if (timing.bitrate == 0) return;  // the bit rate is not configured
   if (type == IFLA_CAN_DATA_BITTIMING) {
     interface.data_bitrate_bit_per_s = timing.bitrate;
     return;
@@ -133,7 +134,8 @@ void read_can_attribute(int type, Bytes value, Interface& interface) {
   interface.sample_point = timing.sample_point / 1000.0;
 }
 
-/// Reads the kind and the data. IFLA_INFO_KIND decides the meaning of IFLA_INFO_DATA and may be after it.
+/// Reads the kind of an interface (IFLA_INFO_KIND) and its data (IFLA_INFO_DATA). The kind decides the
+/// meaning of the data, but may be after the data in the message.
 void read_link_info(Bytes info, Interface& interface) {
   Bytes data;
   Bytes statistics;
@@ -181,7 +183,7 @@ void require_able_to_send(const std::string& name, const Interface& interface) {
 }
 
 void require_bit_rate(const std::string& name, const Interface& interface, const BitRates& rates) {
-  constexpr double rounding = 0.01;  // the kernel reports values that the adapter's clock can divide to
+  constexpr double rounding = 0.01;  // the kernel reports a bit rate that the adapter's clock can produce
   if (!interface.bitrate_bit_per_s) return;
   const double off = static_cast<double>(*interface.bitrate_bit_per_s) / rates.nominal_bit_per_s - 1.0;
   if (std::abs(off) <= rounding) return;
