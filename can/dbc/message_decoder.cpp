@@ -53,8 +53,7 @@ class Presence {
 
   const std::vector<Signal>& signals_;
   std::span<const std::uint8_t> payload_;
-  std::vector<std::optional<bool>>
-      known_;  ///< result for each signal: true if present; nullopt: not yet known
+  std::vector<std::optional<bool>> known_;  ///< for each signal: true if present; nullopt: not yet known
   std::vector<std::size_t> chain_;
 };
 

@@ -25,8 +25,7 @@ class VirtualClock final : public Scheduler {
  private:
   class Queue;
   struct Alarm;
-  std::shared_ptr<Queue>
-      queue_;  ///< shared with timers: a timer may outlive the clock, and never expires then
+  std::shared_ptr<Queue> queue_;  ///< shared with the timers, because a timer may outlive the clock
 };
 
 }  // namespace hystcan::can

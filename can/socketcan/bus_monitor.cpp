@@ -18,8 +18,8 @@
 namespace hystcan::can {
 namespace {
 
-constexpr int receive_buffer_bytes =
-    8 << 20;  // without CAP_NET_ADMIN, the kernel limits the buffer to net.core.rmem_max
+// Without CAP_NET_ADMIN, the kernel limits the receive buffer to net.core.rmem_max.
+constexpr int receive_buffer_bytes = 8 << 20;
 constexpr std::chrono::milliseconds reopen_every{50};
 
 int open_tap(const std::string& interface) {

@@ -29,8 +29,7 @@ struct Interface {
   bool listen_only = false;
   bool loopback = false;
   bool one_shot = false;
-  bool fd =
-      false;  ///< true if it accepts CAN FD frames: its MTU is at least 72 bytes, the size of an FD frame
+  bool fd = false;  ///< true if the interface accepts CAN FD frames: its MTU is at least 72 bytes
   std::optional<ErrorCounters> error_counters;
   std::optional<std::uint32_t> bus_offs;  ///< number of bus-offs since the driver was loaded
   std::uint32_t transmit_queue_frames = 0;
