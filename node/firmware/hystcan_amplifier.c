@@ -2,11 +2,11 @@
 
 #include <stddef.h>
 
-// Identifier and error codes of emergencies: "Faults of an amplifier"
+// Identifier and error codes of emergencies (docs/protocol/nodes.md, "Faults of an amplifier")
 enum { EMERGENCY = 0x080, CLEARED = 0x0000, DATA_SET = 0x6300, LIFE_GUARD = 0x8130 };
 
-/// Returns false for a frame of the wrong kind, with a wrong length, a wrong CRC or a repeated counter: such
-/// a frame counts as not sent.
+/// Checks a command frame. Returns false if its kind, length or CRC is wrong, or if its counter is repeated:
+/// the node ignores such a frame.
 static bool accept(struct hystcan_amplifier* amplifier, const struct hystcan_frame* frame) {
   const struct hystcan_message* message = amplifier->config->command;
   if (!hystcan_is_intact(message, frame)) return false;
@@ -39,7 +39,8 @@ HYSTCAN_OUT_OF_LINE static void send_emergencies(struct hystcan_amplifier* ampli
   amplifier->emergency_count = 0;
 }
 
-/// Sends the status message of axis `first`, with the signals of every later axis that shares this message.
+/// Sends the status message of the axis `first`. The message also contains the signals of every later axis
+/// that shares the message.
 HYSTCAN_OUT_OF_LINE static void send_status(struct hystcan_amplifier* amplifier, unsigned first) {
   const struct hystcan_amplifier_config* config = amplifier->config;
   const struct hystcan_message* message = config->axes[first].status;
@@ -58,7 +59,7 @@ HYSTCAN_OUT_OF_LINE static void send_status(struct hystcan_amplifier* amplifier,
     hystcan_node_send(&config->node, message, &frame, &amplifier->axes[first].sent_counter);
 }
 
-/// Sends the emergencies, then every status that is due.
+/// Sends the waiting emergencies, then every status that is due.
 static void report(struct hystcan_amplifier* amplifier) {
   const struct hystcan_amplifier_config* config = amplifier->config;
   send_emergencies(amplifier);
@@ -84,20 +85,21 @@ static void leave_drive(struct hystcan_amplifier* amplifier, unsigned i, bool tr
   amplifier->config->leave(amplifier->config->node.context, i, tripped);
 }
 
-/// Enters a state; every change of state is reported.
+/// Sets the state of an axis. Each change of the state makes a status due.
 static void become(struct hystcan_amplifier_axis* axis, enum hystcan_amplifier_state state) {
   if (state == axis->state) return;
   axis->state = (uint8_t)state;
   axis->status_is_due = true;
 }
 
-/// Enters a state in which the output has its safe value: every state except ENABLED.
+/// Moves the output of axis `i` to its safe value and enters `state`: every state except HYSTCAN_ENABLED.
 static void enter_safe(struct hystcan_amplifier* amplifier, unsigned i, enum hystcan_amplifier_state state) {
   leave_drive(amplifier, i, false);
   become(&amplifier->axes[i], state);
 }
 
-/// "Faults of an amplifier": latches the fault.
+/// Latches a fault of axis `i` and makes an emergency with this error code due (docs/protocol/nodes.md,
+/// "Faults of an amplifier").
 static void trip(struct hystcan_amplifier* amplifier, unsigned i, uint8_t fault, uint16_t code) {
   amplifier->axes[i].fault |= fault;
   note_emergency(amplifier, code);
@@ -105,8 +107,8 @@ static void trip(struct hystcan_amplifier* amplifier, unsigned i, uint8_t fault,
   become(&amplifier->axes[i], HYSTCAN_FAULT);
 }
 
-/// Starts to drive after the output was connected. If the commands have stopped, this enables nothing
-/// ("Enabling").
+/// Enables axis `i` at the end of enabling. If the commands with Enable have stopped until now, the axis is
+/// not enabled (docs/protocol/nodes.md, "Enabling").
 static void begin_to_drive(struct hystcan_amplifier* amplifier, unsigned i, hystcan_time now) {
   struct hystcan_amplifier_axis* axis = &amplifier->axes[i];
   if (now >= axis->deadline) {
@@ -117,7 +119,7 @@ static void begin_to_drive(struct hystcan_amplifier* amplifier, unsigned i, hyst
   become(axis, HYSTCAN_ENABLED);
 }
 
-/// Called when the relay has closed.
+/// Continues enabling axis `i` when its relay has closed: begins the soft start, if there is one.
 static void on_relay(struct hystcan_amplifier* amplifier, unsigned i, hystcan_time now) {
   const struct hystcan_amplifier_config* config = amplifier->config;
   struct hystcan_amplifier_axis* axis = &amplifier->axes[i];
@@ -149,8 +151,8 @@ static void start_softly(struct hystcan_amplifier* amplifier, unsigned i, hystca
     config->approach(config->node.context, i, axis->setpoint, (uint32_t)elapsed);
 }
 
-/// "Stale commands": returns true if the command is older than one SYNC or two cycles, or if there is no SYNC
-/// to compare with.
+/// Returns true if a command is too old to be obeyed (docs/protocol/nodes.md, "Stale commands"). `named`: the
+/// SYNC counter in the command. `switches_off`: the command has neither Enable nor ClearFault.
 static bool is_stale(const struct hystcan_amplifier* amplifier, uint32_t named, bool switches_off,
                      hystcan_time now) {
   const uint8_t last_sync = amplifier->node.last_sync;
@@ -163,7 +165,8 @@ static bool is_stale(const struct hystcan_amplifier* amplifier, uint32_t named, 
   return now - named_at > 2 * (hystcan_time)amplifier->config->cycle;
 }
 
-/// "What an amplifier node does", the table of Enable and ClearFault. The caller has refused stale commands.
+/// Obeys a command for axis `i` (docs/protocol/nodes.md, "What an amplifier node does", the table of Enable
+/// and ClearFault). The caller must have refused commands that are too old.
 static void obey(struct hystcan_amplifier* amplifier, unsigned i, bool enable, bool clear, int32_t setpoint,
                  hystcan_time now) {
   const struct hystcan_amplifier_axis_config* config = &amplifier->config->axes[i];
@@ -174,7 +177,7 @@ static void obey(struct hystcan_amplifier* amplifier, unsigned i, bool enable, b
     note_emergency(amplifier, CLEARED);
     enter_safe(amplifier, i, HYSTCAN_READY);
   } else if (!enable) {
-    enter_safe(amplifier, i, HYSTCAN_READY);  // immediately, without a SYNC
+    enter_safe(amplifier, i, HYSTCAN_READY);  // immediately, not at the next SYNC
   } else if (setpoint < config->drive_minimum || setpoint > config->drive_maximum) {
     trip(amplifier, i, HYSTCAN_OUT_OF_RANGE, DATA_SET);
   } else {
@@ -194,8 +197,8 @@ static void on_command(struct hystcan_amplifier* amplifier, unsigned i, const ui
     obey(amplifier, i, enable, clear, hystcan_get_value(&config->setpoint, data), now);
 }
 
-/// "Status": sends a status at the tenth SYNC after the last one. With slots, sends only the status that has
-/// waited the longest.
+/// Sends each status whose last transmission was `status_every` SYNCs ago (docs/protocol/nodes.md, "Status").
+/// If nodes have slots, sends only the status that has waited the longest.
 static void report_regularly(struct hystcan_amplifier* amplifier) {
   const struct hystcan_amplifier_config* config = amplifier->config;
   unsigned oldest = 0;
@@ -230,7 +233,8 @@ static void on_sync(struct hystcan_amplifier* amplifier, uint8_t sync, hystcan_t
   if (may_report) report_regularly(amplifier);
 }
 
-/// "Node life": every command except start leads to OFF; a node that boots up sends no status.
+/// Changes the states of all axes after an NMT command (docs/protocol/cycle.md, "Node life"). Every NMT
+/// command except start leads to HYSTCAN_OFF. A node that boots up sends no status.
 static void on_nmt(struct hystcan_amplifier* amplifier, enum hystcan_change change) {
   const bool is_operational = amplifier->node.state == HYSTCAN_OPERATIONAL;
   if (is_operational) amplifier->has_counter = false;
@@ -273,7 +277,7 @@ void hystcan_amplifier_on_frame(struct hystcan_amplifier* amplifier, const struc
   }
 }
 
-/// "Watchdog": trips an axis without commands, if its output is enabled.
+/// An enabled axis trips here if its commands have stopped (docs/protocol/nodes.md, "Watchdog").
 void hystcan_amplifier_on_time(struct hystcan_amplifier* amplifier, hystcan_time now) {
   for (unsigned i = 0; i < amplifier->config->axis_count; ++i) {
     struct hystcan_amplifier_axis* axis = &amplifier->axes[i];
@@ -301,7 +305,7 @@ void hystcan_amplifier_set_cause(struct hystcan_amplifier* amplifier, unsigned a
   if (!lasts) return;
   if (amplifier->node.state == HYSTCAN_OPERATIONAL)
     trip(amplifier, axis, HYSTCAN_INTERNAL_CAUSE, code);
-  else  // reported when the node starts
+  else  // the node reports the fault after NMT start
     amplifier->axes[axis].fault |= HYSTCAN_INTERNAL_CAUSE;
   report(amplifier);
 }

@@ -1,6 +1,7 @@
 #include "hystcan_frame.h"
 
-/// Returns the position of bit i of the raw value, counted from the lowest bit of byte 0.
+/// Returns the position in the payload of bit `i` of the raw value. Positions count from 0, the lowest bit of
+/// byte 0.
 static unsigned place_of(const struct hystcan_field* field, unsigned i) {
   if (!field->big_endian) return field->start + i;
   return ((field->start ^ 7u) + field->length - 1u - i) ^ 7u;
@@ -44,9 +45,9 @@ bool hystcan_put_value(const struct hystcan_field* field, int32_t value, uint8_t
   return true;
 }
 
-// ---- "Counter and CRC", docs/protocol/frames.md
+// ---- Counter and CRC (docs/protocol/frames.md, "Counter and CRC")
 
-/// An 8-bit CRC is computed in the upper half of 16 bits.
+/// The parameters of a CRC. An 8-bit CRC is computed in the upper half of 16 bits.
 struct polynomial {
   uint16_t divisor, initial, final_xor;
   uint8_t bytes;
@@ -63,7 +64,7 @@ static uint16_t crc_with(const struct polynomial* polynomial, uint16_t crc, uint
   return crc;
 }
 
-/// Computes the CRC over the data id, then over the payload without the bytes of the CRC.
+/// Computes the CRC of a frame: over the data id, then over the payload without the bytes of the CRC.
 static uint16_t crc_of(const struct hystcan_message* message, const struct hystcan_frame* frame) {
   const struct polynomial* polynomial = &polynomials[message->polynomial];
   const unsigned own_byte = message->crc.start / 8u;

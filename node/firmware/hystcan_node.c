@@ -2,7 +2,7 @@
 
 #include <stddef.h>
 
-// ---- "Messages"
+// ---- Identifiers of frames (docs/protocol/frames.md, "Messages")
 
 enum { NMT_ID = 0x000, SYNC_ID = 0x080, SDO_RESPONSE = 0x580, SDO_REQUEST = 0x600 };
 enum { HEARTBEAT = 0x700 };
@@ -11,7 +11,7 @@ static bool is_classical(const struct hystcan_frame* frame, uint8_t length) {
   return frame->kind == HYSTCAN_DATA && !frame->extended && frame->length == length;
 }
 
-// ---- "Counter and CRC"
+// ---- Counter and CRC (docs/protocol/frames.md, "Counter and CRC")
 
 void hystcan_node_send(const struct hystcan_node_config* config, const struct hystcan_message* message,
                        struct hystcan_frame* frame, uint32_t* counter) {
@@ -19,11 +19,12 @@ void hystcan_node_send(const struct hystcan_node_config* config, const struct hy
   config->send(config->context, frame);
 }
 
-// ---- "SDO"
+// ---- The SDO server (docs/protocol/cycle.md, "SDO")
 
 enum { SDO_READ = 0x40, SDO_WRITE = 0x23, SDO_VALUE = 0x43, SDO_WRITTEN = 0x60, SDO_ABORT = 0x80 };
 static const uint32_t OUT_OF_MEMORY = 0x05040005, NO_SUCH_OBJECT = 0x06020000, WRONG_LENGTH = 0x06070010;
 
+/// Stores an object that a client has written. `found`: the stored object with the same index, or NULL.
 /// Returns the abort code, or 0 if the write succeeded.
 static uint32_t write_object(const struct hystcan_node_config* config, struct hystcan_node* node,
                              struct hystcan_object* found, const struct hystcan_object* written) {
@@ -68,7 +69,7 @@ HYSTCAN_OUT_OF_LINE static void answer(const struct hystcan_node_config* config,
   config->send(config->context, &response);
 }
 
-// ---- "Node life"
+// ---- NMT and heartbeat (docs/protocol/cycle.md, "Node life")
 
 enum {
   NMT_START = 1,
@@ -158,8 +159,8 @@ void hystcan_node_beat(const struct hystcan_node_config* config, struct hystcan_
   node->heartbeat_waits = node->has_seen_slot && now - node->last_slot < config->heartbeat_period;
   if (!node->heartbeat_waits) send_heartbeat(config, node->state);
   do
-    node->heartbeat_due += config->heartbeat_period;  // skips the heartbeats that a pause of the caller
-                                                      // missed
+    node->heartbeat_due += config->heartbeat_period;  // skips heartbeats that became due while the caller
+                                                      // did not call the node
   while (node->heartbeat_due <= now);
 }
 

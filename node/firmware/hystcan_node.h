@@ -1,8 +1,9 @@
-// The common part of hystcan_amplifier.h and hystcan_sensor.h: "Node life", "SDO", "Background slots".
+// The common part of the amplifier node and the sensor node as firmware: NMT, heartbeat, SDO server and slots
+// (docs/protocol/cycle.md, "Node life", "SDO" and "Background slots").
 //
-// These headers are the amplifier node and the sensor node of docs/protocol as firmware: C11 without an
-// operating system, a heap, floating point or a C library (except memset and memcpy, which compilers call
-// implicitly).
+// hystcan_amplifier.h is an amplifier node and hystcan_sensor.h is a sensor node that follow docs/protocol.
+// They are written in C11 and need no operating system, heap, floating point or C library (except memset and
+// memcpy, which compilers call implicitly).
 //
 // The caller owns the bus, the clock and the device. It zeroes a node, sets its configuration and starts it.
 // Then it passes each received frame to the node, and calls the node at the times that the node requests:
@@ -12,14 +13,14 @@
 //   hystcan_sensor_on_frame(&sensor, &frame, arrival);   each received frame
 //   hystcan_sensor_on_time(&sensor, now);                at hystcan_sensor_due(), or every millisecond
 //
-// A node receives NMT (0x000), SYNC (0x080), heartbeats (0x700) and SDO requests (0x600) with its own number;
-// an amplifier also receives its command. A node ignores every other frame. No function is reentrant: call
-// all of them from one thread, or from interrupts of one priority.
+// A node processes these frames: NMT (0x000), SYNC (0x080), heartbeats (0x700 + number of the node) and SDO
+// requests (0x600 + number of the node). An amplifier also processes its command. A node ignores every other
+// frame. No function is reentrant: call all functions from one thread, or from interrupts of one priority.
 //
-// A device with several axes has them in one node: `axis` counts from 0.
+// A device with several axes is one node. The parameter `axis` of its functions counts the axes from 0.
 //
-// Quoted text in comments is the title of a section of docs/protocol/*.md. main_socketcan.c is an example
-// of a caller, and tests/node compares these nodes with those of the twin.
+// main_socketcan.c is an example of a caller. The tests in tests/node check that these nodes behave like the
+// nodes of the twin.
 #pragma once
 
 #include <stdbool.h>
@@ -31,12 +32,12 @@
 extern "C" {
 #endif
 
-/// A time of the caller's clock. The caller chooses one unit, such as 1 us, for all times and durations. The
-/// type has 64 bits so that it never overflows: an old SYNC stays old.
+/// A time by the caller's clock. The caller chooses one unit, such as 1 us, for all times and durations. The
+/// type has 64 bits so that it never overflows: the age of an old SYNC never becomes small again.
 typedef uint64_t hystcan_time;
 #define HYSTCAN_NEVER UINT64_MAX
 
-/// An object that was written by SDO.
+/// An object of the node and its value, written by SDO.
 struct hystcan_object {
   uint16_t index;
   uint8_t subindex;
@@ -45,12 +46,12 @@ struct hystcan_object {
 };
 
 struct hystcan_node_config {
-  uint8_t number;  ///< 1..127
-  uint8_t slots;   ///< number of slots in a round; 0: no slots
+  uint8_t number;  ///< node id, 1..127
+  uint8_t slots;   ///< number of cycles in a round of slots; 0: no slots
   uint8_t capacity;
-  struct hystcan_object* objects;  ///< array of `capacity` objects
+  struct hystcan_object* objects;  ///< array with space for `capacity` objects
   uint32_t heartbeat_period;
-  void* context;  ///< passed to all functions of the caller
+  void* context;  ///< the node passes this pointer to all functions of the caller
   /// Passes the frame to the bus without waiting. A frame that the bus does not accept is dropped.
   void (*send)(void* context, const struct hystcan_frame* frame);
 };
@@ -69,14 +70,15 @@ struct hystcan_node {
   uint8_t last_sync;  ///< counter of the last SYNC; 0: no SYNC since the boot-up
   uint8_t object_count;
   bool is_started;
-  bool is_taken;  ///< another node has this number: this node is off and silent
+  bool is_taken;  ///< true if another node on the bus has this number: this node is then off and silent
   bool has_seen_slot;
   bool heartbeat_waits;  ///< true while a heartbeat waits for its slot
 };
 
-// ---- Only for the nodes
+// ---- The rest of this file is only for hystcan_amplifier.c and hystcan_sensor.c
 
-/// The effect of NMT on a node. The owner of the node must act on it.
+/// The effect of a received frame on the NMT state of a node. hystcan_amplifier.c and hystcan_sensor.c must
+/// act accordingly.
 enum hystcan_change {
   HYSTCAN_NOTHING,
   HYSTCAN_STATE_CHANGED,
@@ -84,33 +86,35 @@ enum hystcan_change {
   HYSTCAN_COMMUNICATION_RESET
 };
 
-/// Marks functions that have a frame on the stack. If such a function were inlined, its caller would keep the
-/// frame on the stack during its other calls.
+/// Marks functions that have a frame on the stack. If the compiler inlined such a function, its caller would
+/// keep the frame on the stack while it calls other functions.
 #ifdef __GNUC__
 #define HYSTCAN_OUT_OF_LINE __attribute__((noinline))
 #else
 #define HYSTCAN_OUT_OF_LINE
 #endif
 
-/// Sends the boot-up message. Returns `reset`.
+/// Boots the node up: sends the boot-up message and becomes pre-operational. Returns `reset`.
 enum hystcan_change hystcan_node_boot_up(const struct hystcan_node_config* config, struct hystcan_node* node,
                                          enum hystcan_change reset, hystcan_time now);
-/// Handles NMT, SDO and heartbeats with this number.
+/// Processes a received NMT command, SDO request, or heartbeat with the number of this node.
 enum hystcan_change hystcan_node_handle(const struct hystcan_node_config* config, struct hystcan_node* node,
                                         const struct hystcan_frame* frame, hystcan_time now);
-/// Returns true before the start, and if another node has this number.
+/// Returns true before the node is started, and if another node on the bus has the same number.
 bool hystcan_node_is_silent(const struct hystcan_node* node);
-/// Sends the heartbeat when it is due. With slots, the heartbeat waits for its slot if there was one in the
-/// last period.
+/// Sends the heartbeat if it is due. If nodes have slots, the heartbeat waits for the slot of this node,
+/// unless no slot occurred in the last heartbeat period.
 void hystcan_node_beat(const struct hystcan_node_config* config, struct hystcan_node* node, hystcan_time now);
-/// Call at each SYNC: sends a heartbeat that waits for the slot. Returns true if a status may follow.
+/// Call at each SYNC. If this cycle is a slot of the node, sends a waiting heartbeat. Returns true if the
+/// node may send a regular status now.
 bool hystcan_node_take_slot(const struct hystcan_node_config* config, struct hystcan_node* node,
                             hystcan_time now);
 hystcan_time hystcan_node_due(const struct hystcan_node* node);
-/// Adds the next counter and the CRC.
+/// Adds the next counter and the CRC to the frame and sends the frame. Increments `counter`.
 void hystcan_node_send(const struct hystcan_node_config* config, const struct hystcan_message* message,
                        struct hystcan_frame* frame, uint32_t* counter);
-/// "One cycle": returns the counter, from 1 to 240, or 0 if the frame is not a SYNC.
+/// Returns the counter of a SYNC, from 1 to 240; 0 if the frame is not a SYNC (docs/protocol/cycle.md, "One
+/// cycle").
 enum { HYSTCAN_SYNC_COUNTER_MAX = 240 };
 uint8_t hystcan_sync_counter(const struct hystcan_frame* frame);
 

@@ -1,4 +1,5 @@
-// "What a sensor node does", docs/protocol/nodes.md. hystcan_node.h describes how to call a node.
+// The sensor node as firmware (docs/protocol/nodes.md, "What a sensor node does"). hystcan_node.h describes
+// how to call a node.
 #pragma once
 
 #include "hystcan_node.h"
@@ -16,8 +17,8 @@ struct hystcan_sensor_config {
   const struct hystcan_message* sample;
   const struct hystcan_sensor_axis_config* axes;
   uint8_t axis_count;
-  /// Measures now, in the unit of the field `position`. Returns the status: 0 if the sample is good, 1 if the
-  /// position is outside the range of the sensor.
+  /// Measures the position of an axis now, in the unit of the field `position`. Returns the status of the
+  /// sample: 0 if the sample is good, 1 if the position is outside the range of the sensor.
   uint8_t (*measure)(void* context, unsigned axis, int32_t* position);
 };
 

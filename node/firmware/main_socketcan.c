@@ -1,4 +1,5 @@
-// A reference node for docs/protocol.md: the amplifier and the sensor of one axis, on SocketCAN.
+// An example program that runs the reference node (docs/protocol.md) on SocketCAN: the amplifier and the
+// sensor of one axis.
 //
 //   gcc -std=c11 -O2 node/firmware/*.c -o example_node
 //   ./example_node vcan0 1 2 1000    amplifier node 1 and sensor node 2, which are axis X of
@@ -7,8 +8,8 @@
 //   ./example_node vcan0 1 2 1000 fd       command, status and sample are CAN FD with bit-rate switch
 //   ./example_node vcan0 1 2 1000 fd 24    heartbeat and status have slots, in rounds of 24 cycles
 //
-// To make firmware of it, replace this file: the other files need no operating system. All numbers are
-// integers: times in us, values in 1e-6 V and 1e-6 um.
+// To make firmware, replace this file and keep the other files, which need no operating system. All numbers
+// are integers: times in us, drives in 1e-6 V, positions in 1e-6 um.
 #define _DEFAULT_SOURCE
 
 #include <linux/can.h>
@@ -62,7 +63,7 @@ static const struct hystcan_amplifier_axis_config amplifier_axis = {.setpoint = 
                                                                     .enable_delay = 5000,
                                                                     .status_every = 10};
 
-// ---- The device: the output equals the last written value, and the stage moves by 0.3 um/V
+// ---- The simulated device: its output equals the last written value, and its stage moves by 0.3 um/V
 
 enum { SAFE_DRIVE = 0 };
 
@@ -101,7 +102,7 @@ static hystcan_time now_us(void) {
   return (hystcan_time)now.tv_sec * 1000000 + (hystcan_time)now.tv_nsec / 1000;
 }
 
-// Sends a frame. A frame that the bus does not accept is dropped, because a later one has newer values.
+// Sends a frame. A frame that the bus does not accept is dropped, because the next frame has newer values.
 static void send_frame(void* context, const struct hystcan_frame* sent) {
   (void)context;
   struct canfd_frame frame = {
@@ -110,7 +111,7 @@ static void send_frame(void* context, const struct hystcan_frame* sent) {
   if (write(bus, &frame, sent->kind == HYSTCAN_FD ? CANFD_MTU : CAN_MTU) < 0) perror("send");
 }
 
-// Returns false if no frame is waiting.
+// Receives one frame. Returns false if no frame is waiting.
 static bool receive_frame(struct hystcan_frame* received) {
   struct canfd_frame frame;
   const ssize_t size = recv(bus, &frame, sizeof frame, MSG_DONTWAIT);
@@ -122,7 +123,7 @@ static bool receive_frame(struct hystcan_frame* received) {
   return true;
 }
 
-// Opens a socket that receives only data frames with these standard identifiers. Returns -1 on failure.
+// Opens a socket that receives only the data frames that these two nodes process. Returns -1 on failure.
 static int open_bus(const char* interface, uint32_t amplifier, uint32_t sensor, int fd) {
   const canid_t exact = CAN_SFF_MASK | CAN_EFF_FLAG | CAN_RTR_FLAG;
   const struct can_filter filters[] = {{0x000, exact},
@@ -142,7 +143,7 @@ static int open_bus(const char* interface, uint32_t amplifier, uint32_t sensor, 
   return bind(opened, (const struct sockaddr*)&address, sizeof address) < 0 ? -1 : opened;
 }
 
-// Runs until another node on the bus has the number of one of these nodes. Number 0 means: no such node.
+// Runs the nodes whose number is not 0, until another node on the bus has the number of one of these nodes.
 static int run(struct hystcan_amplifier* amplifier, struct hystcan_sensor* sensor) {
   const bool has_amplifier = amplifier->config->node.number != 0,
              has_sensor = sensor->config->node.number != 0;
@@ -153,7 +154,7 @@ static int run(struct hystcan_amplifier* amplifier, struct hystcan_sensor* senso
     struct hystcan_frame frame;
     poll(&ready, 1, 1);
     while (receive_frame(&frame)) {
-      // The sensor is first: it samples at the SYNC, before the output moves.
+      // The sensor processes a SYNC before the amplifier, so that it measures before the output moves.
       if (has_sensor) hystcan_sensor_on_frame(sensor, &frame, now_us());
       if (has_amplifier) hystcan_amplifier_on_frame(amplifier, &frame, now_us());
     }
@@ -165,7 +166,7 @@ static int run(struct hystcan_amplifier* amplifier, struct hystcan_sensor* senso
   return 1;
 }
 
-// Returns -1 if the text is not a number from 0 to `largest`.
+// Returns the number in a text; -1 if the text is not a number from 0 to `largest`.
 static int number(const char* text, long largest) {
   char* end = NULL;
   const long value = strtol(text, &end, 10);
