@@ -13,7 +13,7 @@ constexpr std::uint16_t emergency_heartbeat = 0x8130;
 constexpr std::uint16_t emergency_data_set = 0x6300;
 constexpr std::uint16_t emergency_device_hardware = 0x5000;
 
-/// Returns the maximum of the fault signal in the status of this axis.
+/// Returns the maximum value of the signal for the fault in the status message of this axis.
 std::uint8_t largest_fault(const can::Database& database, const can::AxisWire& wire) {
   constexpr double all_bits = 0xFF;
   const auto map = can::message_map_in<can::AmpStatus>(database, wire);
@@ -34,7 +34,7 @@ AmplifierChannel::AmplifierChannel(const can::AxisWire& wire, const AmplifierCon
       node_(node),
       index_(node.channels_.size()),
       output_(output),
-      // Without an Enable signal, a command alone enables the amplifier.
+      // If the command message has no signal Enable, every command enables the amplifier.
       command_(*can::find_layout<can::AmpCommand>(database, wire, {.enable = true})),
       status_(can::find_layout<can::AmpStatus>(database, wire)),
       largest_fault_(largest_fault(database, wire)),
@@ -111,7 +111,7 @@ void AmplifierChannel::on_nmt(can::NmtState state) {
   enter(fault_ == 0 ? can::AmpState::ready : can::AmpState::fault);
 }
 
-// After the boot-up, the cause of an internal fault may still exist.
+// Resets the amplifier when its node boots up. An internal fault stays if its cause still exists.
 void AmplifierChannel::boot_up() {
   state_ = can::AmpState::off;
   syncs_since_status_ = 0;
@@ -121,7 +121,7 @@ void AmplifierChannel::boot_up() {
 void AmplifierChannel::begin_internal_fault() {
   has_internal_cause_ = true;
   if (node_.state() != can::NmtState::operational) {
-    fault_ |= internal_fault;  // reported when the node starts
+    fault_ |= internal_fault;  // the node reports the fault after NMT start
     return;
   }
   trip(internal_fault, emergency_device_hardware);

@@ -1,4 +1,4 @@
-// The amplifier of one axis: the state, watchdog and relay of one channel of its node.
+// The amplifier of one axis, a channel of an amplifier node: its state, its watchdog and its output relay.
 #pragma once
 
 #include <cstddef>
@@ -11,10 +11,12 @@
 
 namespace hystcan::node {
 
-/// The amplifier of one axis. It drives its output only while its node is operational and the amplifier is
-/// enabled and receives commands. It trips if no command arrives for `command_timeout`. The fault is latched
-/// until a command clears it; after the clearing the output has the safe value. A command that clears a fault
-/// does not enable the amplifier. NMT and shut_down() also set the safe value, whatever the watchdog action.
+/// The amplifier of one axis. The amplifier drives its output only while its node is operational and the
+/// amplifier is enabled and receives commands. The amplifier trips (enters the state fault) if no command
+/// arrives for `command_timeout`. The fault is latched until a command clears it; then the output has the
+/// safe value. A command that clears a fault does not enable the amplifier. When the node leaves the NMT
+/// state operational, and at shut_down(), the output moves to the safe value, whatever the watchdog action
+/// is.
 class AmplifierChannel {
  public:
   AmplifierChannel(const can::AxisWire& wire, const AmplifierConfig& config, const CommonConfig& common,
@@ -27,13 +29,15 @@ class AmplifierChannel {
   std::size_t index() const { return index_; }  ///< index among the channels of the node
   can::AmpState state() const { return state_; }
   std::uint8_t fault() const { return fault_; }
-  /// The last commanded setpoint, also while the amplifier does not drive.
+  /// Returns the last commanded setpoint, also while the amplifier does not drive its output.
   double setpoint() const { return setpoint_; }
 
-  /// Trips for a cause within the amplifier; the fault cannot be cleared before the cause ends.
+  /// Begins a fault whose cause is within the amplifier, such as its temperature. No command can clear this
+  /// fault before end_internal_fault().
   void begin_internal_fault();
   void end_internal_fault() { has_internal_cause_ = false; }
-  /// Disables the amplifier, which ignores Enable until the relay is released.
+  /// Disables the amplifier, as when an interlock opens the relay at its output. The amplifier ignores the
+  /// command Enable until release_relay().
   void open_relay();
   void release_relay() { relay_is_open_ = false; }
 
@@ -56,8 +60,8 @@ class AmplifierChannel {
   void leave_drive(WatchdogAction action);
 
   AmplifierConfig config_;
-  /// After each SYNC the target of the output moves in a straight line to the setpoint within this time.
-  /// Zero: the target jumps to the setpoint.
+  /// Time in which the output moves in a straight line to the setpoint after each SYNC. Zero: the target of
+  /// the output jumps to the setpoint.
   can::Duration interpolation_;
   can::Scheduler& scheduler_;
   AmplifierNode& node_;
@@ -65,16 +69,17 @@ class AmplifierChannel {
   DriveOutput& output_;
   can::Layout<can::AmpCommand> command_;
   std::optional<can::Layout<can::AmpStatus>> status_;  ///< empty: the axis has no status message
-  std::uint8_t largest_fault_;                         ///< maximum of the signal; a larger fault is sent as
-                                                       ///< this value
-  bool commands_name_their_sync_;                      ///< false: the amplifier cannot detect stale commands
+  std::uint8_t largest_fault_;     ///< maximum of the fault signal in the status; a larger
+                                   ///< fault is sent as this maximum
+  bool commands_name_their_sync_;  ///< true if commands have a SYNC counter; else, the
+                                   ///< amplifier cannot detect stale commands
   std::unique_ptr<can::Timer> watchdog_;
-  std::unique_ptr<can::Timer> relay_;  ///< expires when the output is connected
-  can::Time relay_closes_at_{};        ///< valid while enabling, before the soft start
+  std::unique_ptr<can::Timer> relay_;  ///< expires when the relay has connected the output
+  can::Time relay_closes_at_{};        ///< only valid while is_enabling_, before the soft start
   std::optional<can::Time> soft_start_begun_;
   double soft_start_from_ = 0.0;
   can::Time command_deadline_{};
-  double setpoint_ = 0.0;  ///< setpoint in effect now or from the next SYNC
+  double setpoint_ = 0.0;  ///< last commanded setpoint; AmplifierConfig::apply decides when it takes effect
   unsigned syncs_since_status_ = 0;
   can::AmpState state_ = can::AmpState::off;
   std::uint8_t fault_ = 0;

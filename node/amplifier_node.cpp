@@ -45,7 +45,7 @@ void AmplifierNode::shut_down() {
   for (AmplifierChannel* channel : channels_) channel->enter(can::AmpState::off);
   report();
   for (AmplifierChannel* channel : channels_) {
-    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));  // the output has settled by then
+    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));  // the output is then at rest
     channel->status_is_due_ = true;
   }
   report();
@@ -94,7 +94,8 @@ void AmplifierNode::on_nmt(can::NmtState state) {
   report();
 }
 
-// A node that boots up sends no status. In the next state, pre-operational, its outputs become safe.
+// Resets the node at its boot-up, without a status. The outputs move to the safe value immediately
+// afterwards, when the node becomes pre-operational.
 void AmplifierNode::boot_up() {
   last_sync_ = 0;
   for (StatusMessage& message : statuses_) message.protector.restart();
@@ -105,18 +106,21 @@ bool AmplifierNode::is_stale(const can::AmpCommand& command, can::Time received)
   if (last_sync_ == 0 || !can::is_sync_counter(command.sync_counter)) return true;
   const int syncs_since = can::syncs_after(command.sync_counter, last_sync_);
   if (syncs_since > 1) return true;
-  if (!command.enable && !command.clear_fault) return false;  // the amplifier switches off
+  if (!command.enable && !command.clear_fault)
+    return false;  // this command only switches off, so its age does not matter
   const std::optional<can::Time> named_at = syncs_since == 0 ? last_sync_at_ : former_sync_at_;
   return !named_at || received - *named_at > 2 * cycle_;
 }
 
-// When commands stop, the watchdogs of all axes trip at the same time, which is reported as one event.
+// Checks the watchdogs of all axes together, because all of them trip at the same time when commands stop:
+// the node then sends one emergency for all axes.
 void AmplifierNode::check_watchdogs() {
   for (AmplifierChannel* channel : channels_) channel->check_watchdog();
   report();
 }
 
-// The relays of axes that were enabled by one frame close at the same time, which is reported in one status.
+// Checks the relays of all axes together. Relays of axes that one command frame enabled close at the same
+// time: the node then reports them in one status, if the axes share it.
 void AmplifierNode::check_relays() {
   for (AmplifierChannel* channel : channels_) channel->check_relay();
   report();

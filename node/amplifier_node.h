@@ -1,8 +1,8 @@
-// The amplifier as a node on the bus: obeys NMT and AmpCommand, detects when commands stop, sends status.
+// The amplifier as a node on the bus: obeys NMT and AmpCommand, detects when commands stop, sends its status.
 //
-// The axes of a node share the command frame; an accepted frame commands all axes. The axes share one status
-// message, or each axis has its own. An event that affects several axes at once causes one emergency, and a
-// shared status is sent once.
+// A node may have several axes. They share one command frame: an accepted frame has the commands of all axes.
+// They may share one status message, or each axis has its own status message. An event that affects several
+// axes at the same time causes only one emergency, and only one status if the axes share it.
 #pragma once
 
 #include <cstddef>
@@ -17,15 +17,15 @@
 
 namespace hystcan::node {
 
-/// Bit of AmpStatus.Fault, in addition to can::amp_fault: a cause within the amplifier, such as its
-/// temperature.
+/// Bit of the signal Fault in AmpStatus: the fault has a cause within the amplifier, such as its temperature.
+/// can::amp_fault has the other bits.
 inline constexpr std::uint8_t internal_fault = 0x80;
 
 class AmplifierChannel;
 
 class AmplifierNode final : public BusNode {
  public:
-  /// `first`: the first axis of the node.
+  /// `first`: the first axis of the node. Its command message applies to all axes of the node.
   AmplifierNode(const can::AxisWire& first, const CommonConfig& common, const can::Database& database,
                 can::Scheduler& scheduler, const can::Attach& attach);
 
@@ -36,7 +36,7 @@ class AmplifierNode final : public BusNode {
 
  private:
   friend class AmplifierChannel;
-  /// The axes that share one status message.
+  /// A status message and the axes that share it.
   struct StatusMessage {
     can::E2eProtector protector;
     std::vector<AmplifierChannel*> channels;
@@ -49,14 +49,15 @@ class AmplifierNode final : public BusNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_nmt(can::NmtState state) override;
   void boot_up();
-  /// Returns true if the command is stale: docs/protocol/nodes.md, "Stale commands".
+  /// Returns true if the command is too old to be obeyed (docs/protocol/nodes.md, "Stale commands").
   bool is_stale(const can::AmpCommand& command, can::Time received) const;
   void check_watchdogs();
   void check_relays();
   void note_emergency(std::uint16_t code);
-  /// Sends every status that is due; with slots, only the status that was sent least recently can be due.
+  /// Sends the regular status of each axis, one per AmplifierConfig::status_every SYNCs. If nodes have slots,
+  /// sends at most one of these statuses: the status of the axis that has waited the longest.
   void report_regularly();
-  /// Sends the emergencies and every status that is due.
+  /// Sends the waiting emergencies and every status that is due.
   void report();
   void send(StatusMessage& message);
 
@@ -66,11 +67,11 @@ class AmplifierNode final : public BusNode {
   can::E2eChecker checker_;
   std::vector<AmplifierChannel*> channels_;
   std::vector<StatusMessage> statuses_;
-  std::vector<std::uint16_t> emergencies_;  ///< error codes to be sent
+  std::vector<std::uint16_t> emergencies_;  ///< error codes of the emergencies that report() will send
   std::uint8_t last_sync_ = 0;
   can::Time last_sync_at_{};
-  std::optional<can::Time> former_sync_at_;  ///< time of the SYNC before the last one; empty if that SYNC was
-                                             ///< not received
+  std::optional<can::Time> former_sync_at_;  ///< time of the SYNC before the last SYNC; empty if the node did
+                                             ///< not receive that SYNC
 };
 
 }  // namespace hystcan::node

@@ -1,6 +1,8 @@
-// The common part of an amplifier node and a sensor node: the connection, NMT, heartbeat and SDO server.
+// The common part of an amplifier node and a sensor node: its connection to the bus, NMT, heartbeat and SDO
+// server.
 //
-// A node serves one axis or several. Each of its axes is a channel: AmplifierChannel, SensorChannel.
+// A node serves one or several axes. For each of its axes, the node has a channel: an AmplifierChannel or a
+// SensorChannel.
 #pragma once
 
 #include <cstdint>
@@ -21,10 +23,11 @@ class BusNode {
   BusNode& operator=(const BusNode&) = delete;
 
   void start() { nmt_.start(); }
-  /// True if another node on the bus has the same number; this node is then off and silent.
+  /// Returns true if another node on the bus has the same number. This node is then off and silent.
   bool is_taken() const { return nmt_.is_taken(); }
   bool is_on_the_bus() const { return !nmt_.is_silent(); }
-  /// Switches off: sets the outputs of an amplifier to the safe value and reports this in a last status.
+  /// Switches an amplifier node off: sets its outputs to the safe value and sends a last status. Does nothing
+  /// in a sensor node.
   virtual void shut_down() {}
 
   std::uint8_t number() const { return number_; }
@@ -32,25 +35,28 @@ class BusNode {
   const can::SdoServer& objects() const { return sdo_; }
   const can::Bus& bus() const { return *bus_; }
 
-  /// Simulates a supply failure: the outputs of an amplifier fall to their safe value. The caller discards
-  /// the frames of the node.
+  /// Simulates a failure of the supply voltage: the outputs of an amplifier move to their safe value. The
+  /// caller must discard the frames that the node sends.
   virtual void lose_power() {}
-  /// Simulates the return of the supply: the node boots up again. Has no effect before the first start.
+  /// Simulates the return of the supply voltage: the node boots up again. Has no effect before start(), or if
+  /// is_taken() is true.
   void restart();
 
  protected:
-  /// `obeys`: the message that the node receives in addition to those of CiA 301.
+  /// `obeys`: the message that the node receives in addition to the frames of CiA 301 (NMT, SYNC, heartbeat,
+  /// SDO).
   BusNode(std::uint8_t number, const CommonConfig& common, can::Scheduler& scheduler,
           const can::Attach& attach, const std::optional<can::Filter>& obeys = {});
 
   can::Bus& line() { return *bus_; }
-  /// Handles NMT, SDO and heartbeats with the number of this node.
+  /// Processes a received NMT command, SDO request, or heartbeat with the number of this node.
   void handle(const can::Frame& frame);
-  /// Call at each SYNC. If frames have slots, sends a heartbeat that is due in the slot of the node. Returns
-  /// true if the node may send another frame.
+  /// Call at each SYNC, with its counter. If nodes have slots and this cycle is a slot of the node, sends a
+  /// waiting heartbeat. Returns true if the node may send a regular status now.
   bool take_slot(std::uint8_t sync_counter);
   bool has_slot() const { return slots_ != 0; }
-  /// Called after each change of the NMT state. At boot-up, a reset of the objects is already done.
+  /// Called after each change of the NMT state. At a boot-up after a reset of the node, the SDO objects are
+  /// already empty.
   virtual void on_nmt(can::NmtState state) = 0;
   can::NmtCommand last_reset() const { return nmt_.last_reset(); }
 

@@ -1,4 +1,4 @@
-// The settings of an amplifier node and of a sensor node, independent of the device.
+// The settings of an amplifier node and of a sensor node that do not depend on the connected device.
 #pragma once
 
 #include <array>
@@ -10,23 +10,24 @@
 
 namespace hystcan::node {
 
-/// When a setpoint takes effect.
+/// When a setpoint takes effect at the output of an amplifier.
 enum class Apply : std::uint8_t {
-  sync,    ///< at the next SYNC (synchronous PDO, CiA 301): always one cycle after the SYNC that the command
-           ///< answers
-  receipt  ///< when its frame arrives: earlier, but the delay depends on the bus load
+  sync,    ///< at the next SYNC (synchronous PDO, CiA 301): always one cycle after the SYNC at which the
+           ///< sample for this setpoint was taken
+  receipt  ///< when the command frame arrives: earlier, but the delay depends on the bus load
 };
 constexpr auto words(Apply) { return std::to_array<std::string_view>({"sync", "receipt"}); }
 
-/// The amplifier of one axis.
+/// Settings of the amplifier of one axis.
 struct AmplifierConfig {
   can::Duration command_timeout{};  ///< the amplifier trips if no command arrives for this time
-  unsigned status_every = 10;       ///< number of SYNCs per AmpStatus
+  unsigned status_every = 10;       ///< number of SYNCs from one regular AmpStatus to the next
   WatchdogAction watchdog_action = WatchdogAction::safe;
   Apply apply = Apply::sync;
-  bool interpolate = false;      ///< moves in a straight line to each setpoint within a cycle
-  can::Duration enable_delay{};  ///< time from Enable until a relay connects the output
-  /// After `enable_delay` the output moves evenly to its setpoint; the amplifier is enabled at the end.
+  bool interpolate = false;      ///< true: the output moves to each setpoint in a straight line, in one cycle
+  can::Duration enable_delay{};  ///< time from the command Enable until a relay connects the output
+  /// Time of the soft start, after `enable_delay`: the output moves evenly to the setpoint. The amplifier is
+  /// enabled at the end of this time.
   can::Duration soft_start{};
 };
 
@@ -36,18 +37,18 @@ constexpr auto words(Sampling) { return std::to_array<std::string_view>({"sync",
 /// When a sensor samples.
 struct SampleClock {
   Sampling sampling = Sampling::sync;
-  double rate_Hz = 0.0;   ///< free-running: rate of the sensor's own clock, > 0
-  double skew_ppm = 0.0;  ///< relative speed error of that clock; > 0: the clock is fast
+  double rate_Hz = 0.0;   ///< sample rate of the sensor's own clock, > 0; only for Sampling::free
+  double skew_ppm = 0.0;  ///< relative speed error of the sensor's own clock; > 0: the clock is fast
 
   friend bool operator==(const SampleClock&, const SampleClock&) = default;
 };
 
-/// Settings that all nodes of a computer share.
+/// Settings that all nodes of one computer share.
 struct CommonConfig {
   can::Duration heartbeat_period{};
-  can::Duration cycle = std::chrono::milliseconds(1);  ///< SYNC period; amplifiers need it
-  unsigned background_slots = 0;                       ///< slots for heartbeats and statuses
-                                                       ///< (can::is_in_slot)
+  can::Duration cycle = std::chrono::milliseconds(1);  ///< SYNC period, to detect commands that are too old
+  unsigned background_slots = 0;                       ///< number of cycles in a round of slots for
+                                                       ///< heartbeats and statuses; 0: no slots
 };
 
 }  // namespace hystcan::node

@@ -1,4 +1,4 @@
-// The input of a sensor node: a simulated sensor, or the converter behind a real sensor.
+// The input of a sensor node: a simulated sensor, or an analogue-digital converter behind a real sensor.
 #pragma once
 
 #include <cstdint>
@@ -7,11 +7,11 @@
 
 namespace hystcan::node {
 
-/// Bits of SensorSample.Status.
+/// Bits of the signal Status in the message SensorSample.
 namespace sensor_status {
 inline constexpr std::uint8_t out_of_range = 0x01;  ///< the reading is saturated
-inline constexpr std::uint8_t no_position = 0x02;   ///< the conversion failed, or the reading is at an end of
-                                                    ///< the range
+inline constexpr std::uint8_t no_position = 0x02;   ///< the sample has no position: the conversion failed, or
+                                                    ///< the reading is at an end of the input range
 }  // namespace sensor_status
 
 class PositionInput {

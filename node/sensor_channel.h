@@ -1,4 +1,4 @@
-// The sensor of one axis: one channel of its node.
+// The sensor of one axis, a channel of a sensor node.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,8 @@ namespace hystcan::node {
 
 class SensorChannel {
  public:
-  /// Throws std::invalid_argument if another axis of the node has a different clock.
+  /// Adds the channel to `node`. Throws std::invalid_argument if `clock` differs from the sample clock of the
+  /// node.
   SensorChannel(const can::AxisWire& wire, const SampleClock& clock, const can::Database& database,
                 SensorNode& node, PositionInput& input);
   SensorChannel(const SensorChannel&) = delete;
@@ -30,8 +31,8 @@ class SensorChannel {
 
  private:
   friend class SensorNode;
-  /// Reads the input and writes the sample into the frame. Returns false if the message cannot represent the
-  /// sample.
+  /// Reads the position and writes the sample into the frame. Returns false if the message cannot represent
+  /// the sample; the node must then not send the frame.
   bool sample(can::Time time, std::uint8_t sync_counter, can::Frame& frame);
 
   SensorNode& node_;

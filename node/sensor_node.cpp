@@ -55,7 +55,8 @@ void SensorNode::on_sync(std::uint8_t counter, can::Time received) {
   take_slot(counter);
 }
 
-/// Skips the ticks that passed while this process was not running.
+/// Takes a sample at a tick of the sensor's own clock and waits for the next tick in the future. Ticks that
+/// passed while this process was not running are skipped.
 void SensorNode::on_clock() {
   const can::Time now = scheduler_.now();
   if (last_sync_ != 0) sample(now);
@@ -69,7 +70,8 @@ void SensorNode::sample(can::Time time) {
   can::Frame frame = channels_.front()->layout_.frame();
   bool fits = true;
   for (SensorChannel* channel : channels_) fits = channel->sample(time, last_sync_, frame) && fits;
-  // A position that the message cannot represent is not sent: the controller trips on the missing sample.
+  // A sample that the message cannot represent is not sent. The missing sample faults the axis in the
+  // controller.
   if (fits) {
     protector_.seal(frame);
     line().send(frame);
@@ -82,7 +84,7 @@ void SensorNode::sample(can::Time time) {
 void SensorNode::report_failures() {
   const bool fails = std::ranges::any_of(channels_, &SensorChannel::has_failed);
   if (std::exchange(has_failed_, fails) == fails) return;
-  constexpr std::uint16_t hardware_fails = 0x5000;  // CiA 301: device hardware
+  constexpr std::uint16_t hardware_fails = 0x5000;  // CiA 301: error of the device hardware
   line().send(
       can::emergency_frame(number(), {.code = fails ? hardware_fails : std::uint16_t{0},
                                       .error_register = fails ? std::uint8_t{0x01} : std::uint8_t{0}}));

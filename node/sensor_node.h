@@ -1,8 +1,9 @@
-// The position sensor as a node on the bus. It samples either when a SYNC arrives, or at the rate of its own
-// clock.
+// The position sensor as a node on the bus. The sensor takes a sample when a SYNC arrives, or runs free: it
+// then takes samples by its own clock.
 //
-// A free-running sensor samples every 1 / (rate (1 + skew)) after the node becomes operational; each sample
-// contains the counter of the last received SYNC. The phase between samples and SYNCs drifts by the skew;
+// A free-running sensor has the sample period 1 / (rate_Hz (1 + 1e-6 skew_ppm)); rate_Hz and skew_ppm are
+// members of SampleClock. The first sample is due when the node becomes operational. Each sample contains the
+// counter of the last received SYNC. Because the two clocks differ, the samples drift against the SYNCs;
 // docs/protocol/nodes.md describes how the controller handles this drift.
 
 #pragma once
@@ -20,10 +21,12 @@ namespace hystcan::node {
 
 class SensorChannel;
 
-/// A frame contains the samples of all axes of the node, which are taken at the same time.
+/// A node with the sensors of one or several axes. The sensors take their samples at the same time, and one
+/// frame contains the samples of all axes.
 class SensorNode final : public BusNode {
  public:
-  /// `first`: the first axis of the node. Throws std::invalid_argument if a free-running clock has no rate.
+  /// `first`: the first axis of the node. Its sample message applies to all axes of the node. Throws
+  /// std::invalid_argument if the sensor runs free but `clock` has no sample rate.
   SensorNode(const can::AxisWire& first, const SampleClock& clock, const CommonConfig& common,
              const can::Database& database, can::Scheduler& scheduler, const can::Attach& attach);
   const std::vector<SensorChannel*>& channels() const { return channels_; }
@@ -35,7 +38,8 @@ class SensorNode final : public BusNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_clock();
   void sample(can::Time time);
-  /// Sends an emergency when a device fails, and another one when all devices work again.
+  /// Sends an emergency when the first sensor fails, and an emergency without an error when all sensors work
+  /// again.
   void report_failures();
 
   can::Scheduler& scheduler_;
@@ -43,9 +47,9 @@ class SensorNode final : public BusNode {
   double period_ns_;  ///< period of the sensor's own clock
   std::unique_ptr<can::Timer> clock_;
   can::Time clock_started_{};
-  std::int64_t ticks_ = 0;  ///< ticks of that clock since clock_started_
+  std::int64_t ticks_ = 0;  ///< ticks of the sensor's own clock since clock_started_
   bool has_failed_ = false;
-  std::uint8_t last_sync_ = 0;  ///< counter of the last received SYNC; 0: none yet
+  std::uint8_t last_sync_ = 0;  ///< counter of the last received SYNC; 0: no SYNC yet
   can::E2eProtector protector_;
   std::vector<SensorChannel*> channels_;
 };

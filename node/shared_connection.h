@@ -1,4 +1,4 @@
-// One connection to a bus, shared by several nodes of a process.
+// One connection to a bus that several nodes of a process share.
 #pragma once
 
 #include <memory>
@@ -9,13 +9,15 @@
 
 namespace hystcan::node {
 
-// Passes each frame to the nodes in the order in which they were attached. Frames that the nodes then send
-// wait until all nodes have received the frame: at a SYNC, amplifiers set their outputs and sensors
-// read their inputs before any frame is sent. Then the frames of the node that was attached last are sent
-// first: samples before statuses.
+// A SharedConnection passes each received frame to its nodes in the order in which they were attached. The
+// answers of the nodes wait until all nodes have received the frame: at a SYNC, amplifiers set their outputs
+// and sensors read their inputs before any answer is sent. Then the connection sends the answers of the node
+// that was attached last, and so on up to the first node. If sensors are attached after amplifiers, samples
+// are therefore sent before statuses.
 //
-// Nodes do not receive each other's frames, because a SocketCAN connection does not receive its own frames.
-// The first node's counters are those of the connection; the counters of the other nodes stay zero.
+// The nodes do not receive each other's frames, because a SocketCAN connection does not receive its own
+// frames. counters() of the first node returns the counters of the connection; counters() of every other node
+// returns zeros.
 
 class SharedConnection {
  public:
@@ -24,9 +26,9 @@ class SharedConnection {
   SharedConnection(const SharedConnection&) = delete;
   SharedConnection& operator=(const SharedConnection&) = delete;
 
-  /// Returns the connection of one node. The connection must not outlive this object.
+  /// Attaches a node. Returns the node's part of the connection, which must not outlive this object.
   std::unique_ptr<can::Bus> attach(std::span<const can::Filter> filters);
-  /// Opens the connection for all attached nodes, before any node sends.
+  /// Opens the connection for all attached nodes. Call before any node sends a frame.
   void open(const can::Attach& attach);
 
  private:

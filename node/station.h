@@ -1,4 +1,4 @@
-// The nodes of one computer on a bus.
+// All nodes that one computer has on a bus.
 #pragma once
 
 #include <cstdint>
@@ -24,14 +24,16 @@ class Station {
     return made;
   }
 
-  /// Listens for one heartbeat period, then starts all nodes and calls `on_started`. Starts no node if the
-  /// bus already has a node with the same number.
+  /// Listens to the bus for one heartbeat period, then starts all nodes and calls `on_started`. If the bus
+  /// already has a node with the number of one of these nodes, start() starts no node and does not call
+  /// `on_started`.
   void start(std::function<void()> on_started);
-  /// Returns the number of a node that also exists elsewhere on the bus, if there is one.
+  /// Returns the number of one of these nodes that another node on the bus also has; nullopt if there is
+  /// none.
   std::optional<std::uint8_t> taken_node() const;
   /// Switches every amplifier off; the outputs move to the safe value.
   void shut_down();
-  /// Returns the connections of all nodes.
+  /// Returns the connection of each node to the bus.
   std::vector<const can::Bus*> connections() const;
 
  private:
