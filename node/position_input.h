@@ -18,7 +18,7 @@ class PositionInput {
  public:
   struct Reading {
     double position_um = 0.0;
-    std::uint8_t status = 0;  ///< bits of sensor_status
+    std::uint8_t status = 0;  ///< bits of the namespace sensor_status; 0: the reading is good
   };
 
   PositionInput() = default;

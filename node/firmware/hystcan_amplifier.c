@@ -277,7 +277,8 @@ void hystcan_amplifier_on_frame(struct hystcan_amplifier* amplifier, const struc
   }
 }
 
-/// An enabled axis trips here if its commands have stopped (docs/protocol/nodes.md, "Watchdog").
+/// Trips each enabled axis whose commands have stopped (docs/protocol/nodes.md, "Watchdog"). Continues with
+/// an axis whose relay has closed, and sends the heartbeat if it is due.
 void hystcan_amplifier_on_time(struct hystcan_amplifier* amplifier, hystcan_time now) {
   for (unsigned i = 0; i < amplifier->config->axis_count; ++i) {
     struct hystcan_amplifier_axis* axis = &amplifier->axes[i];

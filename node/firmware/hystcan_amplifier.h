@@ -70,7 +70,7 @@ struct hystcan_amplifier_axis {
   uint8_t fault;     ///< bits of the faults that are latched
   uint8_t enabling;  ///< enum hystcan_enabling
   bool status_is_due;
-  bool has_cause;  ///< true while a cause within the amplifier lasts
+  bool has_cause;  ///< true while the cause of a fault within the amplifier exists
   bool is_open;    ///< true while the interlock of the axis is open
 };
 

@@ -31,7 +31,7 @@ struct hystcan_field {
   uint8_t length;  ///< number of bits; 0: the message has no such signal
   bool big_endian;
   bool is_signed;
-  uint32_t scale;  ///< > 0
+  uint32_t scale;  ///< must be above 0
   int32_t offset;
   int32_t minimum, maximum;  ///< range of `value`; both limits must fit into the bits of the signal
 };

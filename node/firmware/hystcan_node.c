@@ -123,8 +123,8 @@ static enum hystcan_change obey_nmt(const struct hystcan_node_config* config, st
   }
 }
 
-/// "Two controllers or two twins on one bus": returns true for a heartbeat with a known state from another
-/// node with this number.
+/// Returns true if the frame is a heartbeat of another node with the same number (docs/protocol/bus.md, "Two
+/// controllers or two twins on one bus"). Its state must be a valid NMT state.
 static bool is_of_namesake(const struct hystcan_node_config* config, const struct hystcan_frame* frame) {
   if (frame->id != HEARTBEAT + (uint32_t)config->number || !is_classical(frame, 1)) return false;
   const uint8_t state = frame->data[0];

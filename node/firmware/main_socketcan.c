@@ -56,7 +56,7 @@ static const struct hystcan_amplifier_axis_config amplifier_axis = {.setpoint = 
                                                                     .state = HYSTCAN_BITS(32, 8),
                                                                     .fault = HYSTCAN_BITS(40, 8),
                                                                     .state_values = {0, 1, 2, 3},
-                                                                    // The parameters of this device.
+                                                                    // Simulated amplifier, in 1e-6 V and us:
                                                                     .drive_minimum = -20000000,
                                                                     .drive_maximum = 120000000,
                                                                     .command_timeout = 20000,
@@ -178,7 +178,7 @@ static struct hystcan_node_config node_config(int node, int slots, struct hystca
                                       .slots = (uint8_t)slots,
                                       .objects = objects,
                                       .capacity = OBJECTS,
-                                      .heartbeat_period = 100000,  // at most half of heartbeat_timeout_ms
+                                      .heartbeat_period = 100000,  // us; at most half of heartbeat_timeout_ms
                                       .send = send_frame};
 }
 
