@@ -79,7 +79,7 @@ struct BusCounters {
 /// can count frames of a wrong type.
 struct Filter {
   std::uint32_t id = 0;
-  bool extended = false;  ///< the expected identifier type: 29 bits
+  bool extended = false;  ///< true if the node expects a 29-bit identifier
 };
 
 /// The connection of one node to a bus. All calls and all handlers run on the thread of the scheduler.

@@ -53,7 +53,8 @@ struct BusTrouble {
 };
 std::span<const BusTrouble> bus_troubles();
 
-/// Returns `bus active: 5210 frames sent, 8120 received`, then every trouble whose count is above 0.
+/// Returns a line such as `bus active: 5210 frames sent, 8120 received`. Each counter of errors that is above
+/// 0 follows.
 std::string describe(const BusReport& report);
 
 /// Logs changes of the bus state and new errors. The control thread calls sample(), which neither waits nor

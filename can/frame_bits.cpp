@@ -81,8 +81,8 @@ struct Header {
   unsigned length;
 
   unsigned bytes() const { return (length + 7) / 8; }
-  /// Returns alternating bits in front of the header bits. They fill the first byte of bytes(); the caller
-  /// ignores the bits beyond this byte.
+  /// Returns alternating bits in front of the header bits. They fill the front of the first byte of the
+  /// header; the caller ignores the bits beyond this byte.
   std::uint64_t padding() const { return 0x55ULL << length; }
 };
 
@@ -114,7 +114,7 @@ FrameBits classical_bits(const Frame& frame) {
   stuffing.add(static_cast<std::uint8_t>(tail >> 8U));
   stuffing.add(static_cast<std::uint8_t>(tail));
   const auto content_bits = static_cast<unsigned>(header.length + 8 * bytes + 15);
-  return {.head = content_bits + stuffing.count() + 1 + end_bits};  // 1: CRC delimiter
+  return {.head = content_bits + stuffing.count() + 1 + end_bits};  // + 1: the bit of the CRC delimiter
 }
 
 /// Returns the length code (DLC) of a CAN FD payload.
@@ -158,8 +158,9 @@ FrameBits fd_bits(const Frame& frame) {
   }
   // The stuff count begins with a fixed stuff bit. It replaces the stuff bit that the last data bit may need.
   const unsigned stuffed = stuffing.count() - (stuffing.ends_stuffed(last & 1U) ? 1 : 0);
-  const unsigned checked_bits = length <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;  // stuff count, CRC, fixed stuff bits
-  const unsigned switched_bits = fd_control_bits - 1 + 8U * length + checked_bits + 1;  // 1: CRC delimiter
+  // The stuff count, the CRC and its fixed stuff bits.
+  const unsigned checked_bits = length <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;
+  const unsigned switched_bits = fd_control_bits - 1 + 8U * length + checked_bits + 1;  // + 1: CRC delimiter
   const unsigned head_bits = header.length - (fd_control_bits - 1);
   if ((frame.fd_flags & fd_bit_rate_switch) == 0)
     return {.head = head_bits + stuffed + switched_bits + end_bits};

@@ -17,14 +17,15 @@ namespace hystcan::can::dbc {
 
 inline constexpr const char* message_id = "the identifier of a message";
 inline constexpr const char* signal_name = "the name of a signal";
-inline constexpr const char* frame_format = "VFrameFormat";  ///< attribute: CAN or CAN FD
-inline constexpr const char* bit_rate_switch = "CANFD_BRS";  ///< attribute: bit-rate switch of CAN FD
+inline constexpr const char* frame_format = "VFrameFormat";  ///< attribute of a message: CAN or CAN FD
+inline constexpr const char* bit_rate_switch =
+    "CANFD_BRS";  ///< attribute of a CAN FD message: bit-rate switch
 inline constexpr const char* quoted_text = "a text in quotes";
 
 /// Maximum size of all copies together, in bytes. A section may apply to several objects, and each object
 /// gets a copy of its content; for example, an attribute applies to all messages with the same identifier.
 inline constexpr std::size_t largest_copies = std::size_t{64} << 20U;
-inline constexpr std::size_t bytes_of_an_entry = 64;  ///< bytes that each copy counts without its text
+inline constexpr std::size_t bytes_of_an_entry = 64;  ///< estimated size of a copy without its text
 
 /// Returns the whole number in the token. Throws ParseError if the number is outside minimum..maximum; `what`
 /// names the number in the error.
@@ -143,8 +144,8 @@ class Reader {
   static bool switches(const Value& brs);
   void set_frame_formats();
 
-  // Functions that call `act` for each object with a given identifier and name. `bytes`: the size of the copy
-  // that `act` makes for each object.
+  // Functions for sections that apply to several objects. `act` is called for each object with the given
+  // identifier and name. `bytes`: the size of the copy that `act` makes for each object.
   void count_copies(std::string_view at, std::size_t bytes);
   template <class Do>
   void for_objects(const Subject& subject, std::size_t bytes, Do&& act);
@@ -161,8 +162,8 @@ class Reader {
   bool in_left_out_ = false;                       ///< true while signal lines belong to message left_out_
   std::optional<std::uint64_t> left_out_;          ///< identifier of Vector's pseudo-message, which has no
                                                    ///< frame and is not stored
-  std::vector<std::function<void()>> details_;     ///< functions that apply details, after the last line
-  std::vector<std::function<void()>> long_names_;  ///< functions that set long names, after details_
+  std::vector<std::function<void()>> details_;     ///< run after the last line: each applies one section
+  std::vector<std::function<void()>> long_names_;  ///< run after details_: each sets one long name
   std::size_t copied_ = 0;
   // The maps are trees, because a hostile file can choose keys for which each search in a hash table is slow.
   std::map<std::string_view, std::string> nodes_;  ///< long name of each node; empty if it has none

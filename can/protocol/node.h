@@ -56,7 +56,7 @@ inline constexpr std::uint8_t sync_counter_max = 240;  ///< the SYNC counter run
 
 struct Nmt {
   NmtCommand command;
-  std::uint8_t node;  ///< 0: all nodes
+  std::uint8_t node;  ///< node id of the node that must obey; 0: all nodes
 };
 struct Emergency {
   std::uint16_t code = 0;

@@ -68,9 +68,9 @@ struct SensorSample {
 /// controller/control/axis.h; the DBC gives these numbers the same names.
 struct ControllerStatus {
   static constexpr std::string_view name = "ControllerStatus";
-  double following_error_um = 0.0;  ///< reference minus measured; 0 while the axis does not track
-  std::uint8_t state = 0;           ///< controller::AxisState
-  std::uint8_t cause = 0;           ///< controller::Cause
+  double following_error_um = 0.0;  ///< reference minus measured position; 0 while the axis does not track
+  std::uint8_t state = 0;           ///< number of an enumerator of controller::AxisState
+  std::uint8_t cause = 0;           ///< number of an enumerator of controller::Cause
   bool in_position = false;
   bool limited = false;  ///< the command of this cycle differs from the output of the control law
   bool reference_finished = false;

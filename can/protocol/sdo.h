@@ -7,7 +7,7 @@
 //   | request: write 4, 3, 2, 1 bytes  | 0x23, 0x27, 0x2B, 0x2F | index | sub-index | value, low byte first |
 //   | response: written                | 0x60                   | index | sub-index | 0                     |
 //   | request: read                    | 0x40                   | index | sub-index | 0                     |
-//   | response: value of 4, 3, 2, 1 b. | 0x43, 0x47, 0x4B, 0x4F | index | sub-index | value                 |
+//   | response: value, 4, 3, 2, 1 byte | 0x43, 0x47, 0x4B, 0x4F | index | sub-index | value                 |
 //   | response: value without its size | 0x42                   | index | sub-index | value                 |
 //   | response: value in segments      | 0x40, 0x41             | index | sub-index | number of bytes       |
 //   | request or response: abort       | 0x80                   | index | sub-index | abort code            |

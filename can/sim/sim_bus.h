@@ -43,10 +43,10 @@ enum class TransmitOrder : std::uint8_t { as_sent, by_priority };
 /// error, the frame is destroyed for all nodes, and the sender repeats the frame. If only an error-passive
 /// receiver detects an error, only this receiver misses the frame.
 struct NodeFaults {
-  double transmit_bit_error = 0.0;  ///< probability per bit that the node sends
-  double receive_bit_error = 0.0;   ///< probability per bit that the node receives
-  double overrun = 0.0;  ///< probability per frame that the node acknowledges the frame but loses it, because
-                         ///< its receive buffer is full
+  double transmit_bit_error = 0.0;  ///< probability of an error in each bit that the node sends
+  double receive_bit_error = 0.0;   ///< probability of an error in each bit that the node receives
+  double overrun = 0.0;  ///< probability that the node acknowledges a frame but loses it, because its receive
+                         ///< buffer is full
 };
 
 struct SimBusConfig {

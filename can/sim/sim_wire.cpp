@@ -82,7 +82,7 @@ unsigned Disturbance::dominant_bits_before_flag() {
   return std::min<unsigned>(static_cast<unsigned>(std::countr_one(random_())), 4);
 }
 
-// ---- Filters
+// ---- Which nodes receive the frames of an identifier
 
 void Receivers::add(Node& node) {
   if (node.filters.empty()) {
@@ -100,7 +100,7 @@ void Receivers::remove(Node& node) {
   for (auto& [id, nodes] : filtered_) std::erase(nodes, &node);
 }
 
-// ---- The wire
+// ---- Start of the wire, and duration of bits
 
 Wire::Wire(VirtualClock& clock, const BitRates& rates, const SimBusConfig& config)
     : clock_(clock),
@@ -111,7 +111,7 @@ Wire::Wire(VirtualClock& clock, const BitRates& rates, const SimBusConfig& confi
       disturbance_(config.bit_error, config.seed),
       restart_after_(config.restart_after) {
   timer_ = clock_.make_timer([this] {
-    const auto keep = shared_from_this();  // a handler may destroy the last node and the bus
+    const auto keep = shared_from_this();  // a handler may destroy the bus and its last node
     if (on_wire_) {
       finish();
     } else {
@@ -126,7 +126,7 @@ Duration Wire::duration_of(const BitCount& bits) const {
       static_cast<Duration::rep>(std::llround(bits.nominal * bit_ns_ + bits.data * data_bit_ns_))};
 }
 
-// ---- Sending
+// ---- Sending a frame: queue and arbitration
 
 bool Wire::send(Node& node, const Frame& frame) {
   if (!node.push(frame)) return false;
@@ -196,7 +196,7 @@ void Wire::count_losers(const Node& winner) {
     if (node != &winner && node->suspended_until <= now) ++node->counters.arbitration_lost;
 }
 
-// ---- The end of a frame
+// ---- The end of a frame: delivery or error
 
 void Wire::finish() {
   calling_handlers_ = true;

@@ -30,7 +30,7 @@ using Nodes = std::span<const std::unique_ptr<Node>>;
 /// or for one node. The first error ends the transmission.
 class Disturbance {
  public:
-  /// `bit_error` is the probability of an error for all nodes at once.
+  /// `bit_error`: the probability per bit of an error that all nodes detect together.
   Disturbance(double bit_error, std::uint64_t seed) : bit_error_(bit_error), random_(seed) {}
 
   void set_bit_error(double probability) { bit_error_ = probability; }
@@ -121,9 +121,8 @@ class Wire : public std::enable_shared_from_this<Wire> {
   Time free_at_;  ///< end of the interframe space after the latest frame
   Duration busy_{};
   Disturbance disturbance_;
-  std::optional<Duration>
-      restart_after_;          ///< time from bus-off to the automatic restart request; nullopt: no automatic
-                               ///< restart
+  /// Time from bus-off to the automatic restart request; nullopt: no automatic restart.
+  std::optional<Duration> restart_after_;
   std::size_t nodes_off_ = 0;  ///< number of nodes in bus-off
   std::vector<std::unique_ptr<Node>> nodes_;
   Receivers receivers_;

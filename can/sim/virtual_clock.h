@@ -1,4 +1,4 @@
-// The scheduler in virtual time.
+// A Scheduler (can/scheduler.h) in virtual time, for simulations.
 #pragma once
 
 #include <functional>

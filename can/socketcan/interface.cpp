@@ -183,7 +183,7 @@ void require_able_to_send(const std::string& name, const Interface& interface) {
 }
 
 void require_bit_rate(const std::string& name, const Interface& interface, const BitRates& rates) {
-  constexpr double rounding = 0.01;  // the kernel reports a bit rate that the adapter's clock can produce
+  constexpr double rounding = 0.01;  // tolerance: an adapter may not produce the exact bit rate
   if (!interface.bitrate_bit_per_s) return;
   const double off = static_cast<double>(*interface.bitrate_bit_per_s) / rates.nominal_bit_per_s - 1.0;
   if (std::abs(off) <= rounding) return;

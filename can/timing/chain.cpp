@@ -202,7 +202,7 @@ class Chain {
   Duration bit_;
   Duration limit_;
   std::uint32_t weakest_ = 0;
-  std::vector<Duration> of_slot_;  ///< the longest frame of each slot
+  std::vector<Duration> of_slot_;  ///< transmission time of the longest frame in each slot
 };
 
 /// Sets the jitter of each frame that follows SYNC: the longest time from the start of its period until the

@@ -110,9 +110,9 @@ struct ChainTiming {
   unsigned slots = 0;  ///< number of cycles in a round of slots; 0: no slots
 };
 
-/// Computes the worst-case response time of the chain that ends with the frame `last`. All other frames than
-/// SYNC, sample and command must have their response times in `sources`. Returns nullopt if the response time
-/// has no bound.
+/// Computes the worst-case response time of the chain that ends with the frame `last`. In `sources`, the
+/// response times of all frames except SYNC, sample and command must be set. Returns nullopt if the response
+/// time has no bound.
 std::optional<Duration> chain_response(std::span<const ChainSource> sources, const ChainSource& last,
                                        const ChainTiming& timing);
 

@@ -54,7 +54,7 @@ class Analysis {
     });
     if (!busy) return result;
     const std::int64_t last = instances(*busy + frame.jitter, frame.period);
-    Duration queued{};  // w(q - 1), where the search for w(q) starts: w(q) >= w(q - 1)
+    Duration queued{};  // wait of the previous instance; the search for the next wait starts here
     for (std::int64_t q = 0; q < last; ++q) {
       const auto w = settle(std::max(queued, result.blocking + q * cost_), [&](Duration guess) {
         return result.blocking + q * cost_ + interference(guess, bits(1)) + recovery(guess + cost_);
@@ -128,7 +128,8 @@ class Analysis {
   Duration cost_{};
   Duration disturbance_{};
   double level_load_ = 0.0;
-  std::vector<std::pair<const PeriodicFrame*, Duration>> higher_;  ///< and transmission time
+  /// The frames of higher priority than own_, each with its longest transmission time.
+  std::vector<std::pair<const PeriodicFrame*, Duration>> higher_;
 };
 
 }  // namespace
@@ -143,7 +144,7 @@ BitCount worst_frame_bits(const PeriodicFrame& frame) {
   // the bit before it (res), so that a run of equal bits cannot begin before BRS. The last data bit has no
   // stuff bit after it.
   const unsigned nominal = (frame.extended ? 36 + 7 : 17 + 3) + 12;
-  const unsigned check = frame.bytes <= 16 ? 27 : 32;  // stuff count, CRC 17 or 21, fixed stuff bits
+  const unsigned check = frame.bytes <= 16 ? 27 : 32;  // stuff count + CRC + fixed stuff bits
   const unsigned data = 5 + 8 * frame.bytes + (8 * frame.bytes + 4) / 4 + check + 1;
   if (!frame.bit_rate_switch) return {.nominal = nominal + data};
   return {.nominal = nominal, .data = data};

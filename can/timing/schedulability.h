@@ -63,7 +63,7 @@ struct FrameResponse {
   /// Worst-case response time, from the start of the period of the frame (jitter included) to the end of the
   /// interframe space after the frame; nullopt: the response time has no bound.
   std::optional<Duration> response;
-  std::uint64_t instance = 0;  ///< instance of the frame in the busy period with the worst response, from 0
+  std::uint64_t instance = 0;  ///< number of the instance with the worst response in the busy period, from 0
   bool schedulable = false;    ///< true if the response time is at most the deadline
 };
 
