@@ -45,7 +45,7 @@ void AmplifierNode::shut_down() {
   for (AmplifierChannel* channel : channels_) channel->enter(can::AmpState::off);
   report();
   for (AmplifierChannel* channel : channels_) {
-    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));  // the output is then at rest
+    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));  // the output has settled by then
     channel->status_is_due_ = true;
   }
   report();
