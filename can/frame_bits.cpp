@@ -7,10 +7,10 @@
 namespace hystcan::can {
 namespace {
 
-// The functions below process the part of a frame that has stuff bits in whole bytes. Padding bits fill the
-// front of its first byte. For the stuff bits, the padding alternates and ends recessive, like an idle bus,
-// so that it causes no stuff bit. For the CRC, the padding is zeros, which do not change a CRC that starts at
-// 0.
+// The functions below process whole bytes of the part of a frame that can have stuff bits. Padding bits fill
+// the front of the first byte. For the stuff bits, the padding alternates and ends recessive, like an idle
+// bus, so that it causes no stuff bit. For the CRC, the padding is zeros, which do not change a CRC that
+// starts at 0.
 
 constexpr unsigned end_bits = 9 + interframe_bits;  // ACK slot and delimiter, end of frame, interframe space
 

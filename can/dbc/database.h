@@ -83,7 +83,7 @@ struct Message {
 
 struct Database {
   std::vector<Message> messages;
-  std::vector<std::string> warnings;  ///< irregular but readable places of the file: `FILE:LINE:COLUMN: TEXT`
+  std::vector<std::string> warnings;  ///< about irregularities that are accepted: `FILE:LINE:COLUMN: TEXT`
   std::size_t further_warnings = 0;   ///< number of warnings that are not stored in `warnings`
   std::map<std::uint32_t, std::size_t> message_by_id;  ///< index of a message by key_of() its identifier; the
                                                        ///< last one if several messages have it
