@@ -11,7 +11,8 @@
 namespace hystcan::controller {
 namespace {
 
-/// Longer than any measurement: a longer excitation is a typing error and would fill the disk.
+/// Maximum duration in s, longer than any measurement. A longer excitation is a typing error and would fill
+/// the disk.
 constexpr double longest_s = 1e6;
 
 std::string number(double value) {

@@ -1,20 +1,22 @@
-// The drive of a measurement: a known function of time, applied in open loop. The measured dataset serves to
-// identify an actuator.
+// The drive of a measurement in open loop: a known function of time. The dataset of such a measurement serves
+// to identify an actuator.
 //
-//   hysteresis   straight ramps of one slew between turning points, a rest at each; from `low` back to `low`:
+//   hysteresis   straight ramps of constant slew between turning points, with a rest at each turning point.
+//                The drive begins and ends at `low` and visits, in this order:
 //                  major loops      low -> high -> low, `loops` times
-//                  nested loops     middle +- a_k (high - low) / 2,  a_k = 1 - k / (levels + 1),
-//                                   k = 1 .. levels: each loop is inside the one before, and all are
-//                                   closed on the way up to high
+//                  nested loops     middle +- a_k (high - low) / 2,  a_k = 1 - k / (levels + 1), for loops
+//                                   k = 1 .. levels. Each loop is inside the loop before; the way to `high`
+//                                   closes all of them
 //                  reversal curves  high -> r_j -> high,  r_j = low + (high - low) j / (levels + 1),
-//                                   j = levels .. 1; then low -> r_j -> low,  j = 1 .. levels
+//                                   for j = levels .. 1; then low -> r_j -> low, for j = 1 .. levels
 //   steps        centre - amplitude <-> centre + amplitude, half a period each, `cycles` times; half a period
 //                at the centre before and after
-//   chirp        centre + amplitude sin(2 pi (f_0 t + (f_1 - f_0) t^2 / (2 T))),  0 <= t <= T
+//   chirp        centre + amplitude sin(2 pi (f_0 t + (f_1 - f_0) t^2 / (2 T))),  0 <= t <= T; T: duration,
+//                f_0, f_1: first and last frequency
 //
-// Drives are in drive units, times in s. Without a rest, a turning point could be between two cycles, and no
-// row would show it; the rest must last two cycles or more. The drive is held before the beginning and after
-// the end.
+// Drives are in drive units, times in s. A rest must last two cycles or more. Without a rest, a turning point
+// could be between two cycles, and no row of the dataset would show it. Before the beginning and after the
+// end, the drive is constant.
 #pragma once
 
 #include <string_view>
@@ -53,13 +55,14 @@ class Excitation {
   };
   using Config = std::variant<Hysteresis, Steps, Chirp>;
 
-  /// Throws std::invalid_argument if the parameters do not define a drive.
+  /// Throws std::invalid_argument if a parameter is out of range, or if the drive lasts longer than 1e6 s.
   explicit Excitation(const Config& config);
 
   double at(double t_s) const;
   double length_s() const { return length_s_; }
   model::Interval range() const;
-  /// Returns the steepest slope, drive units per s; 0 for steps, whose slew the gate limits.
+  /// Returns the maximum slope of the drive, in drive units per s. Returns 0 for steps, because the gate
+  /// limits their slew.
   double steepest_per_s() const;
 
  private:
@@ -73,16 +76,16 @@ class Excitation {
   void add_knots(const Chirp& c);
 
   Config config_;
-  std::vector<Knot> knots_;  ///< connected by straight lines; empty for a chirp
+  std::vector<Knot> knots_;  ///< points of the drive, connected by straight lines; empty for a chirp
   double length_s_ = 0.0;
 };
 
 std::string_view name_of(const Excitation::Config& config);
 
-/// Returns the duration of the first major loop, until it is back at `low`.
+/// Returns the time from the beginning of the drive until it is back at `low`, after the first major loop.
 double loop_s(const Excitation::Hysteresis& h);
 
-/// Returns the turning points in the order of the visits, including the first and the last.
+/// Returns all turning points of the drive in the order of time, including the first and the last value.
 std::vector<double> turning_points(const Excitation::Hysteresis& h);
 
 /// Throws std::invalid_argument if the drive leaves `range` or is steeper than `slew_per_s`.

@@ -24,10 +24,11 @@ Motion smooth_rise(double from_um, double to_um, double t_s, double rise_s) {
 
 namespace {
 
-/// Minimum length of a pulse, as a share of the turnaround: it keeps the acceleration finite.
+/// Minimum length of a pulse of acceleration, as a share of the turnaround's duration. A shorter pulse would
+/// need more acceleration.
 constexpr double least_pulse = 0.125;
 
-/// The derivative of the corner |t|, and the first two antiderivatives of |t|.
+/// The corner |t|: its derivative, its first antiderivative once() and its second antiderivative twice().
 double corner_slope(double t) { return t < 0.0 ? -1.0 : 1.0; }
 double once(double t) { return 0.5 * t * std::abs(t); }
 double twice(double t) { return t * t * std::abs(t) / 6.0; }
@@ -37,9 +38,10 @@ double mean(double t, double half, const Integral& integral) {
   return (integral(t + half) - integral(t - half)) / (2.0 * half);
 }
 
-/// Returns the time at which w' has this value; w' does not decrease.
+/// Returns the time at which the turnaround has this slope. The slope never decreases, so bisection finds the
+/// time.
 double where_slope_is(const Turnaround& turnaround, double slope) {
-  if (slope == 0.0) return 0.0;  // by symmetry
+  if (slope == 0.0) return 0.0;  // because the turnaround is symmetric
   double before_s = -0.5 * turnaround.length_s();
   double after_s = -before_s;
   for (int i = 0; i < 60; ++i) {
@@ -65,7 +67,8 @@ Turnaround::Turnaround(double length_s, double mode_period_s) {
   }
   wide_s_ = 0.5 * std::max(mode_period_s, length_s - mode_period_s);
   narrow_s_ = 0.5 * length_s - wide_s_;
-  // Over a very short box, the difference of two nearly equal integrals would be only rounding.
+  // With a very short pulse, mean() would subtract two nearly equal integrals, and its result would be only
+  // rounding error.
   if (narrow_s_ < 1e-6 * wide_s_) {
     wide_s_ = 0.5 * length_s;
     narrow_s_ = 0.0;
@@ -119,13 +122,14 @@ Sawtooth::Sawtooth(double low_um, double high_um, double period_s, double rise_s
   bottom_um_ = low_um - lost * height_um_;
 }
 
-/// Returns the time since the last lower corner of the ideal line.
+/// Returns the time since the last lower corner of the line with sharp corners.
 double Sawtooth::since_corner_s(double t_s) const {
   const double s = (t_s + lowest_s_) / period_s();
   return (s - std::floor(s)) * period_s();
 }
 
-/// Returns the motion around a corner; `sign` is 1 for a lower corner.
+/// Returns the motion around a corner of the sawtooth. `value_um`: position of the sharp corner. `t_s`: time
+/// since the corner. `sign`: 1 for a lower corner, -1 for an upper one.
 Motion Sawtooth::corner(double value_um, double t_s, double sign) const {
   const double up = height_um_ / rise_s_;
   const double down = height_um_ / fall_s_;
@@ -184,7 +188,8 @@ Motion MonotoneCubic::at(double x) const {
   return on_piece(i, x - x_[i]);
 }
 
-/// Returns y_i + m_i u + c2 u^2 + c3 u^3,  u = x - x_i.
+/// Returns the motion on piece i of the curve, at the time u after its beginning: y_i + m_i u + c2 u^2 + c3
+/// u^3. y_i and m_i are position and slope at the beginning of the piece.
 Motion MonotoneCubic::on_piece(std::size_t i, double u) const {
   const double h = x_[i + 1] - x_[i];
   const double d = (y_[i + 1] - y_[i]) / h;
@@ -195,8 +200,8 @@ Motion MonotoneCubic::on_piece(std::size_t i, double u) const {
           .acceleration_um_per_s2 = 2.0 * c2 + 6.0 * c3 * u};
 }
 
-/// The slope of a piece is a parabola: its maximum is at an end or at the zero of the curvature, which is
-/// linear.
+/// Returns the bounds of all pieces. The slope of a piece is a parabola, and its second derivative is linear.
+/// So the maximum slope is at an end of the piece or at the zero of the second derivative.
 MotionBounds MonotoneCubic::bounds() const {
   if (x_.empty()) return {};
   const auto [lowest, highest] = std::ranges::minmax(y_);

@@ -31,13 +31,15 @@ bool is_waving(const Raster& raster) {
   return raster.role == ScanRole::fast || raster.slow == SlowMotion::ramp;
 }
 
-/// Tolerance in lines: a cycle at the beginning of a line belongs to this line, although its time is rounded.
+/// Tolerance of a line number. A cycle at the beginning of a line must belong to this line, although its time
+/// is rounded.
 constexpr double rounding = 1e-6;
 
-/// Returns the lines since the beginning of the scan.
+/// Returns the time since the beginning of the scan, in lines, plus the tolerance for rounding.
 double lines_until(const Raster& raster, double t_s) { return t_s * raster.line_rate_Hz + rounding; }
 
-/// The move of the slow axis at the end of line `line` of a frame; the last move is the return.
+/// One move of a slow axis with steps, at the end of a line. The move after the last line of a frame is the
+/// return.
 struct Move {
   double from_um = 0.0;
   double to_um = 0.0;
@@ -66,7 +68,8 @@ Move move_after(const Raster& raster, double line) {
   return move;
 }
 
-/// Returns the last move that has begun, or the first one, and the time since its beginning.
+/// Returns the last move that has begun before `t_s`, and the time since its beginning. Before the first
+/// move, returns the first move and a negative time.
 std::pair<Move, double> in_frame(const Raster& raster, double t_s) {
   const double frames = std::floor(lines_until(raster, t_s) / (raster.lines + raster.return_lines));
   const double since_s = t_s - std::clamp(frames, 0.0, raster.frames - 1.0) * raster.frame_s();
@@ -146,7 +149,8 @@ std::optional<ScanPlace> place_of(const Raster& raster, double t_s) {
   if (frame < 0.0 || frame >= raster.frames || line >= raster.lines) return std::nullopt;
   ScanPlace place{.frame = static_cast<std::uint32_t>(frame), .line = static_cast<std::uint32_t>(line)};
   if (raster.pixels == 0) return place;
-  // The straight part is centred between the lowest and the highest point of the trace.
+  // Pixels cover only the straight part of a line. This part is in the middle of the way from the lowest to
+  // the highest point.
   const double line_s = raster.line_s();
   const double rise_s = raster.both_directions ? line_s : (1.0 - 0.01 * raster.flyback_percent) * line_s;
   const double straight_s = rise_s - turnaround_s(raster);

@@ -1,19 +1,21 @@
-// The raster of a scan: lines along a fast axis, one after another along a slow axis. Both axes have a Raster
-// that differs only in role, low and high; the two therefore have the same duration and stay in phase.
+// The raster of a scan: the fast axis draws lines, and the slow axis moves from line to line. The two axes
+// have the same Raster, except for role, low and high. Therefore both have the same duration and stay in
+// phase.
 //
-//   T = 1 / line_rate: the time of a line         a frame: `lines` lines, then `return_lines` times T back
+//   T                           duration of a line, 1 / line_rate_Hz
+//   frame                       `lines` lines, then a return of the slow axis of `return_lines` times T
 //
-//   fast, both directions    up in line 0, down in line 1, and so on
-//   fast, one direction      up, then down within flyback_percent of T, in every line
-//   slow, step               rests at the level of the line, k of 0 .. lines - 1:
-//                            low + (high - low) k / (lines - 1); moves to the next one along the smooth step,
-//                            during the turnaround or the flyback
-//   slow, ramp               rises evenly during the lines of a frame and falls during the return
+//   fast axis, both directions  rises in line 0, falls in line 1, and so on
+//   fast axis, one direction    in every line, rises and then falls back: a flyback of flyback_percent of T
+//   slow axis, step             rests at the level of line k, k = 0 .. lines - 1, during this line. The level
+//                               is low + (high - low) k / (lines - 1). The slow axis moves to the next level
+//                               along the smooth step, during the turnaround or flyback of the fast axis
+//   slow axis, ramp             rises evenly during the lines of a frame and falls during the return
 //
-// The fast axis continues during the return. Its turnarounds, and those of a ramp, are defined in motion.h;
-// turnaround_percent and flyback_percent are shares of T. Without turnaround and flyback, the slow axis steps
-// immediately. Every frame ends at its beginning, at rest except for the corners of a ramp without a
-// turnaround.
+// The fast axis continues its lines during the return. A turnaround (motion.h) rounds each corner of the fast
+// axis and of a ramp. The turnarounds of the fast axis take turnaround_percent of T. Without turnaround and
+// flyback, a slow axis with steps jumps from level to level. Every frame ends at the position where the frame
+// began.
 #pragma once
 
 #include <array>
@@ -36,17 +38,18 @@ struct Raster {
   double low_um = 0.0;
   double high_um = 1.0;
   double line_rate_Hz = 1.0;
-  unsigned lines = 2;  ///< lines of a frame, two or more
+  unsigned lines = 2;  ///< number of lines in a frame, two or more
   unsigned return_lines = 2;
   unsigned frames = 1;
-  unsigned pixels = 0;  ///< pixels of a line; 0: not counted
+  unsigned pixels = 0;  ///< number of pixels in a line; 0: pixels are not counted
   bool both_directions = true;
-  double flyback_percent = 50.0;  ///< ignored if both_directions
+  /// Duration of the flyback, in percent of a line; ignored if both_directions.
+  double flyback_percent = 50.0;
   SlowMotion slow = SlowMotion::step;
   double turnaround_percent = 0.0;
-  double mode_period_s = 0.0;  ///< period of the stage's mode, for Turnaround
-  /// `wave`: motion of the fast axis, or of a ramp. `way_up_s`: time from the lowest to the highest point of
-  /// a line. Both are set by prepared().
+  double mode_period_s = 0.0;  ///< period of the stage's vibration mode, for the turnarounds; 0: no mode
+  /// `wave`: periodic motion of the fast axis, or of a slow axis with a ramp. `way_up_s`: time that the fast
+  /// axis needs from the lowest to the highest point of a line. prepare() sets both.
   Sawtooth wave{};
   double way_up_s = 0.0;
 
@@ -55,12 +58,12 @@ struct Raster {
   double duration_s() const { return frames * frame_s(); }
 };
 
-/// The present place of a scan, counted from 0.
+/// The present frame, line and pixel of a scan. Each is counted from 0.
 struct ScanPlace {
   std::uint32_t frame = 0;
   std::uint32_t line = 0;
-  /// Counted from the low_um end of the line; no_pixel in a turnaround, in the flyback, and if pixels are not
-  /// counted.
+  /// Pixel, counted from the low_um end of the line. It is no_pixel during a turnaround or a flyback, or if
+  /// pixels are not counted.
   std::int32_t pixel = no_pixel;
 
   static constexpr std::int32_t no_pixel = -1;
@@ -72,10 +75,10 @@ Motion motion_of(const Raster& raster, double t_s);
 /// Returns the position that motion_of() would have with sharp corners instead of turnarounds.
 double ideal_of(const Raster& raster, double t_s);
 bool rests_in(const Raster& raster, double t_s);
-/// Returns the maximum velocity and acceleration, without corners and jumps.
+/// Returns the maximum velocity and acceleration of a raster. Corners and jumps do not count.
 Motion peak_motion(const Raster& raster);
-/// Returns the place of the scan, the same for both axes. `nullopt` outside the lines: before and after the
-/// scan, and during a return.
+/// Returns the present frame, line and pixel, which are the same for both axes. Returns `nullopt` before and
+/// after the scan and during a return.
 std::optional<ScanPlace> place_of(const Raster& raster, double t_s);
 
 }  // namespace hystcan::controller

@@ -15,7 +15,8 @@ constexpr double two_pi = 2.0 * std::numbers::pi;
 
 double blend(double from, double to, double s) { return from + (to - from) * s; }
 
-/// Returns the position within the present cycle, 0..1; exactly 0 at the end of the last cycle.
+/// Returns the elapsed share of the present cycle, 0..1. After the last cycle, returns exactly 0 if the
+/// number of cycles is whole.
 template <class Periodic>
 double phase(const Periodic& shape, double t_s) {
   const double cycles = std::clamp(t_s * shape.frequency_Hz, 0.0, shape.cycles);
@@ -27,8 +28,8 @@ bool is_within(const Periodic& shape, double t_s) {
   return t_s >= 0.0 && t_s * shape.frequency_Hz < shape.cycles;
 }
 
-/// Returns an envelope that rises within the first `fade_s`, is 1 for duration_s and falls within the last
-/// `fade_s`.
+/// Returns the envelope w, a factor without unit, with its derivatives. It rises from 0 to 1 within the first
+/// `fade_s`, is 1 for duration_s, and falls to 0 within the last `fade_s`.
 template <class Fading>
 Motion envelope(const Fading& shape, double t_s) {
   if (t_s < shape.fade_s + 0.5 * shape.duration_s) return smooth_rise(0.0, 1.0, t_s, shape.fade_s);
@@ -37,7 +38,8 @@ Motion envelope(const Fading& shape, double t_s) {
   return out;
 }
 
-/// Returns centre + w x and its derivatives, by the product rule. w has no unit.
+/// Returns the motion centre + w x: an oscillation `x` in um, multiplied by an envelope `w` without unit. The
+/// product rule gives the velocity and the acceleration.
 Motion enveloped(double centre_um, const Motion& w, const Motion& x) {
   return {.value_um = centre_um + w.value_um * x.value_um,
           .velocity_um_per_s = w.velocity_um_per_s * x.value_um + w.value_um * x.velocity_um_per_s,
@@ -166,7 +168,7 @@ std::vector<double> schroeder_phases_deg(const std::vector<double>& amplitudes_u
   for (const double a : amplitudes_um) power += a * a;
   std::vector<double> phases_deg;
   phases_deg.reserve(amplitudes_um.size());
-  double before = 0.0;  // sum of p_j, j < k: the difference of sum (k - j) p_j between k - 1 and k
+  double before = 0.0;  // power share of the sines before k: sum_{j<k} p_j (shape.h)
   double sum = 0.0;
   for (const double a : amplitudes_um) {
     sum += before;
@@ -188,7 +190,7 @@ void prepare(MultiSine& s) {
                                 ", one for each amplitude, or none");
 }
 
-/// Returns the shape with this index in Shape.
+/// Returns the alternative of Shape with this index, with default parameters.
 template <std::size_t i = 0>
 Shape default_shape(std::size_t index) {
   if constexpr (i + 1 < std::variant_size_v<Shape>) {
@@ -201,8 +203,9 @@ MotionBounds between(double from_um, double to_um) {
   return {.lowest_um = std::min(from_um, to_um), .highest_um = std::max(from_um, to_um)};
 }
 
-/// Adds the bounds of a sine with this amplitude in an envelope w that fades within `fade_s`, from its
-/// phasors:
+/// Adds the maximum velocity and acceleration of a sine that fades in within `fade_s`. The maximum over all
+/// phases is the amplitude times the length of a vector. w, w', w'' are the envelope and its derivatives;
+/// omega and omega' are the angular frequency and its change:
 ///   velocity      (w', w omega)
 ///   acceleration  (w'' - w omega^2, 2 w' omega + w omega')
 void add_faded(MotionBounds& bounds, double amplitude_um, double frequency_Hz, double chirp_Hz_per_s,

@@ -1,18 +1,26 @@
-// The shapes of a reference over time, each with its value, velocity and acceleration.
+// The shapes that a reference consists of. A shape is a position over time, with its velocity and
+// acceleration.
 //
-// A shape begins at t = 0; it is held before its beginning and after its end. Ramp, Step, a Staircase without
-// a rise, and a Triangle or Raster without a turnaround have corners or jumps, as the user requests. All
-// others begin and end at rest; a Sine or a Triangle only if its number of cycles is whole.
+// A shape begins at the time t = 0. Before t = 0 it has its first value, and after its end it has its last
+// value. These shapes have corners or jumps: Ramp, Step, a Staircase without a rise, and a Triangle or Raster
+// without a turnaround. All other shapes begin and end at rest; a Sine or a Triangle only if its number of
+// cycles is whole.
 //
 // Chirp and MultiSine oscillate around a centre. Their envelope w fades in and out along the smooth step:
 //
 //   chirp        r(t) = centre + w(t) A sin(phi(t - fade_s))
-//                phi(tau) = 2 pi (f_0 tau + (f_1 - f_0) tau^2 / 2 T)
+//                phi(tau) = 2 pi (f_0 tau + (f_1 - f_0) tau^2 / (2 T))
 //   multi-sine   r(t) = centre + w(t) sum_k a_k cos(2 pi f_k (t - fade_s) + phi_k)
 //
-// w is 1 for duration_s = T; the fades are before and after. During the fades a chirp keeps its first or its
-// last frequency. The default of phi_k keeps the peak low (M. R. Schroeder, "Synthesis of low-peak-factor
-// signals and binary sequences with low autocorrelation", IEEE Trans. Inf. Theory 16, 1970):
+//   r                 position
+//   w                 rises from 0 to 1 within fade_s, is 1 for duration_s, and falls to 0 within fade_s
+//   T                 duration_s
+//   A, f_0, f_1       amplitude, first and last frequency of the chirp; during a fade, it is constant
+//   a_k, f_k, phi_k   amplitude, frequency and phase of sine k
+//
+// If the configuration gives no phases, phi_k are Schroeder's phases, which keep the peak of the sum low (M.
+// R. Schroeder, "Synthesis of low-peak-factor signals and binary sequences with low autocorrelation", IEEE
+// Trans. Inf. Theory 16, 1970). p_j is the share of sine j in the power:
 //
 //   phi_k = -2 pi sum_{j<k} (k - j) p_j,     p_j = a_j^2 / sum of all a^2
 #pragma once
@@ -35,7 +43,7 @@ struct Hold {
 };
 
 /// Rests at `from_um`, jumps to `to_um`, rests there, jumps back, and so on: `steps` jumps with a rest of
-/// `dwell_s` before, between and after them. After an odd number of jumps it ends at `to_um`.
+/// `dwell_s` before, between and after the jumps. After an odd number of jumps it ends at `to_um`.
 struct Step {
   double from_um = 0.0;
   double to_um = 1.0;
@@ -49,21 +57,23 @@ struct Ramp {
   double duration_s = 1.0;
 };
 
-/// Moves from `low_um` up to `high_um` and back, `cycles` times. Its two turnarounds (motion.h) together take
-/// `turnaround_percent` of the period: each takes half of this share, a quarter before its corner and a
-/// quarter after it.
+/// Moves from `low_um` up to `high_um` and back, `cycles` times. A turnaround (motion.h) rounds each of the
+/// two corners of a cycle. Both turnarounds together take `turnaround_percent` of the period, half of this
+/// before and half of it after the corners.
 struct Triangle {
   double low_um = 0.0;
   double high_um = 1.0;
   double frequency_Hz = 1.0;
   double cycles = 1.0;
   double turnaround_percent = 0.0;
-  double mode_period_s = 0.0;  ///< period of the stage's mode
+  double mode_period_s = 0.0;  ///< period of the stage's vibration mode, for the turnarounds; 0: no mode
 };
-/// Returns the sawtooth of a triangle with turnarounds; its time 0 is the beginning of the triangle.
+/// Returns the sawtooth that a triangle with turnarounds follows. Its time 0 is the beginning of the
+/// triangle.
 Sawtooth rounded(const Triangle& triangle);
 
-/// Like Triangle, but moves sinusoidally, along (1 - cos) / 2, instead of in straight lines.
+/// Like Triangle, but each cycle is a sine: the position follows (1 - cos) / 2 between `low_um` and
+/// `high_um`.
 struct Sine {
   double low_um = 0.0;
   double high_um = 1.0;
@@ -85,19 +95,20 @@ struct MultiSine {
   double centre_um = 0.0;
   std::vector<double> amplitudes_um;
   std::vector<double> frequencies_Hz;
-  std::vector<double> phases_deg{};  ///< empty: Schroeder's phases, set by prepared()
+  std::vector<double> phases_deg{};  ///< phase of each sine; empty: prepared() sets Schroeder's phases
   double duration_s = 1.0;
   double fade_s = 0.1;
 };
 
-/// At each level: a rise within `rise_s` (0: a step), then a rest of `dwell_s`.
+/// Visits `levels_um` in order: moves to each level within `rise_s` (0: jumps), then rests there for
+/// `dwell_s`.
 struct Staircase {
   std::vector<double> levels_um;
   double rise_s = 0.0;
   double dwell_s = 0.1;
 };
 
-/// The rows of a file. Time 0 is the first time in the file.
+/// A position over time, from the rows of a CSV file. The time t = 0 is the time in the first row.
 struct Table {
   std::string file;
   MonotoneCubic curve;
@@ -105,36 +116,41 @@ struct Table {
 
 using Shape = std::variant<Hold, Step, Ramp, Triangle, Sine, Chirp, MultiSine, Staircase, Table, Raster>;
 
-/// The kinds of Shape in the order of its alternatives, by their names in the configuration.
+/// The names of all shapes in the configuration, in the order of the alternatives of Shape.
 inline constexpr std::array<std::string_view, std::variant_size_v<Shape>> shape_kinds{
     "hold", "step", "ramp", "triangle", "sine", "chirp", "multi-sine", "staircase", "csv", "raster"};
-/// Returns the kind and parameters of this shape as text.
+/// Returns the name of the kind of this shape, one of shape_kinds.
 std::string to_string(const Shape& shape);
 /// Returns a shape of this kind with its defaults; `kind` is one of shape_kinds.
 Shape shape_of_kind(std::string_view kind);
-/// Sets the defaults that depend on other members. Throws std::invalid_argument if the parameters contradict
-/// each other.
+/// Returns the shape with those members set that follow from other members: the phases of a MultiSine, and
+/// `wave` and `way_up_s` of a Raster. Throws std::invalid_argument if the parameters contradict each other.
 Shape prepared(Shape shape);
 double duration_s(const Shape& shape);
-/// Returns the value `t_s` seconds after the shape's beginning. This and the next functions need a prepared
-/// shape.
+/// Returns the position `t_s` seconds after the shape's beginning. This function and the functions below need
+/// a shape that prepared() has returned.
 double value_um(const Shape& shape, double t_s);
-/// True for a triangle or raster with rounded corners.
+/// True for a triangle or raster whose corners are rounded by turnarounds.
 bool has_turnarounds(const Shape& shape);
-/// Same as value_um(), with a sharp corner instead of each turnaround.
+/// Returns the position with sharp corners instead of turnarounds. Equals value_um() for a shape without
+/// turnarounds.
 double ideal_um(const Shape& shape, double t_s);
-/// Returns the motion. At a corner or a jump, this is the motion after it.
+/// Returns position, velocity and acceleration at `t_s`. At a corner or a jump, returns the motion after the
+/// corner or jump.
 Motion motion(const Shape& shape, double t_s);
-/// Returns the place in the scan of a raster; `nullopt` outside its lines, and for any other shape.
+/// Returns the present frame, line and pixel of a raster scan. Returns `nullopt` outside the lines of the
+/// raster, and for any other shape.
 std::optional<ScanPlace> place_in_scan(const Shape& shape, double t_s);
-/// True if the value is constant: a hold, a step's levels, the dwell of a staircase.
+/// True if the position does not change at `t_s`: in a Hold, at the levels of a Step, during the dwell of a
+/// Staircase, at the levels of a raster's slow axis, and after the end of every other shape.
 bool rests(const Shape& shape, double t_s);
 
-/// Returns the bounds of a prepared shape. Peaks are those of the smooth parts: the corners of a ramp or
-/// triangle and the jumps of a step do not count. Chirp: velocity and acceleration are an upper bound, for
-/// the worst phase of the sine during the fades. Multi-sine: sampled with 64 points per shortest period, to
-/// 0.2 % of its amplitudes. If this needs more than a million points: an upper bound, with all sines at their
-/// worst phase at the same time.
+/// Returns the range, the maximum velocity and the maximum acceleration of a prepared shape. Corners and
+/// jumps do not count as motion. The values are exact, with two exceptions. For a chirp, velocity and
+/// acceleration are upper bounds, because they assume the worst phase of the sine during the fades. A
+/// multi-sine is evaluated at 64 points per shortest period, which is accurate to 0.2 % of its amplitudes. If
+/// this needs more than a million points, its values are upper bounds, as if all sines had their worst phase
+/// at the same time.
 MotionBounds motion_bounds(const Shape& shape);
 
 }  // namespace hystcan::controller

@@ -9,7 +9,8 @@
 namespace hystcan::controller {
 namespace {
 
-/// A time this close before a part belongs to the part: the times of the cycles are sums and differences.
+/// Tolerance of a time: a cycle this close before the beginning of a shape or transition belongs to it. The
+/// times of cycles are sums and differences, which are rounded.
 constexpr double time_rounding_s = 1e-9;
 
 }  // namespace
@@ -110,13 +111,14 @@ Handover Trajectory::braked(const Trajectory& before, double t_s, double preview
           Transition::within(limits, {.value_um = braking.end_um()}, to_um, usual_transition_s())};
 }
 
-/// Finds the place at `t_s`; it is after the last segment if all segments are finished.
+/// Returns the part of the reference at `t_s`. After the end of the reference, the index of its segment is
+/// the number of segments.
 Trajectory::Place Trajectory::find(double t_s) const {
   if (segments_.empty()) return {};
   t_s -= begin_s_;
   if (t_s < first_entry_.duration_s() - time_rounding_s)
     return {.handover = &first_entry_, .segment = 0, .t_s = t_s};
-  t_s -= first_entry_.duration_s();  // time since the first shape's beginning
+  t_s -= first_entry_.duration_s();  // now the time since the first shape's beginning
   if (t_s >= rest_of_pass_s_ - time_rounding_s) {
     if (!repeat_) return {.segment = segments_.size()};
     const Transition& entry = entries_.front();

@@ -7,21 +7,22 @@
 namespace hystcan::controller {
 namespace {
 
-/// Rounding: a transition that is exactly at its limit keeps the limit.
+/// Factor by which a peak may exceed its limit. Because of rounding, a transition exactly at its limit would
+/// otherwise be rejected.
 constexpr double slack = 1.0 + 1e-9;
 
 bool is_rest(const Motion& motion) {
   return motion.velocity_um_per_s == 0.0 && motion.acceleration_um_per_s2 == 0.0;
 }
 
-/// Returns the duration of the smooth step over `distance_um`.
+/// Returns the shortest duration of a smooth step over `distance_um` that keeps the limits.
 double least_duration_s(const ReferenceLimits& limits, double distance_um) {
   return std::max(smooth_step_peak_slope * distance_um / limits.slew_um_per_s,
                   std::sqrt(smooth_step_peak_curvature * distance_um / limits.acceleration_um_per_s2));
 }
 
-/// Returns the limits for a motion that is already beyond them: its present velocity replaces the limit of
-/// velocity.
+/// Returns the limits for a transition that begins with the motion `from`. If `from` is faster than the
+/// velocity limit, its velocity replaces this limit.
 ReferenceLimits kept_from(const ReferenceLimits& limits, const Motion& from) {
   return {.slew_um_per_s = std::max(limits.slew_um_per_s, std::abs(from.velocity_um_per_s)),
           .acceleration_um_per_s2 = limits.acceleration_um_per_s2};
@@ -37,12 +38,13 @@ double stand_um(const Motion& from, double duration_s) {
          duration_s * (from.velocity_um_per_s / 2.0 + duration_s * from.acceleration_um_per_s2 / 12.0);
 }
 
-/// Returns the roots of p_0 + p_1 s + p_2 s^2 within 0 .. 1, and the nearest end of the interval for every
-/// other root.
+/// Returns the two roots of p0 + p1 s + p2 s^2, each limited to the interval 0 .. 1. Without two real roots,
+/// returns zeros.
 std::array<double, 2> roots_within_the_way(double p0, double p1, double p2) {
   const double discriminant = p1 * p1 - 4.0 * p2 * p0;
   if (!(discriminant > 0.0)) return {};
-  const double q = -0.5 * (p1 + std::copysign(std::sqrt(discriminant), p1));  // without cancellation
+  // A sum of two terms with the same sign: no cancellation.
+  const double q = -0.5 * (p1 + std::copysign(std::sqrt(discriminant), p1));
   return {std::clamp(q / p2, 0.0, 1.0), std::clamp(p0 / q, 0.0, 1.0)};
 }
 
@@ -69,14 +71,15 @@ Transition Transition::within(const ReferenceLimits& limits, const Motion& from,
   if (is_rest(from)) return {from, to_um, from_rest_s};
   const ReferenceLimits kept = kept_from(limits, from);
   const auto search = [&](const Motion& begin) {
-    // No transition is shorter than one at the maximum velocity throughout.
+    // Lower limit of the duration: a transition cannot be shorter than a motion with the maximum velocity all
+    // the way.
     return shortest(kept, begin, std::max(least_s, distance_um / kept.slew_um_per_s),
                     [&](double) { return to_um; });
   };
   if (const auto found = search(from)) return *found;
   const Motion at_constant_velocity = without_acceleration(from);
   if (const auto found = search(at_constant_velocity)) return *found;
-  return {at_constant_velocity, to_um, from_rest_s};  // reached only with absurd numbers
+  return {at_constant_velocity, to_um, from_rest_s};  // only if absurd numbers made both searches fail
 }
 
 Transition Transition::to_stand(const ReferenceLimits& limits, const Motion& from,
@@ -99,8 +102,8 @@ Transition Transition::to_stand(const ReferenceLimits& limits, const Motion& fro
   return {at_constant_velocity, stand_um(at_constant_velocity, duration_s), duration_s};
 }
 
-/// Returns the shortest transition to `to_um(duration in s)` that keeps the limits and lasts at least
-/// `least_s`; `nullopt` if there is none.
+/// Returns the shortest transition that keeps the limits and lasts at least `least_s`. Returns `nullopt` if
+/// there is none. `to_um(duration_s)` is the end position of a transition of this duration.
 template <class Goal>
 std::optional<Transition> Transition::shortest(const ReferenceLimits& kept, const Motion& begin,
                                                double least_s, const Goal& to_um) {
@@ -108,7 +111,7 @@ std::optional<Transition> Transition::shortest(const ReferenceLimits& kept, cons
   constexpr int longer = 64;  // 1.25^64 is a factor of a million
   constexpr int halvings = 16;
   double too_short_s = 0.0;
-  // The mean deceleration must not exceed its limit.
+  // Lower limit of the duration: the mean deceleration must not exceed the limit of acceleration.
   double duration_s =
       std::max({least_s, std::abs(begin.velocity_um_per_s) / kept.acceleration_um_per_s2, 1e-6});
   Transition found(begin, to_um(duration_s), duration_s);
@@ -147,8 +150,10 @@ double Transition::curvature(double s) const {
   return 2.0 * c_[2] + s * (6.0 * c_[3] + s * (12.0 * c_[4] + s * 20.0 * c_[5]));
 }
 
-/// The acceleration is 0 at the end. In between, its maximum is at a zero of the jerk 6 c_3 + 24 c_4 s + 60
-/// c_5 s^2.
+/// Returns the maximum acceleration: at the beginning, or at a zero of the jerk. The acceleration is 0 at the
+/// end. With the coefficients c_k of s^k in the position, the jerk is
+///
+///   6 c_3 + 24 c_4 s + 60 c_5 s^2
 double Transition::peak_acceleration_um_per_s2() const {
   if (duration_s_ <= 0.0) return 0.0;
   double peak = std::abs(curvature(0.0));
@@ -157,7 +162,9 @@ double Transition::peak_acceleration_um_per_s2() const {
   return peak / (duration_s_ * duration_s_);
 }
 
-/// The velocity is 0 at the end. The acceleration has a zero there; its other two zeros are the roots of
+/// Returns the maximum velocity: at the beginning, or at a zero of the acceleration. The velocity is 0 at the
+/// end. One zero of the acceleration is at the end, s = 1. With the coefficients c_k of s^k in the position,
+/// its other zeros are the roots of
 ///
 ///   curvature(s) / (1 - s) = 2 c_2 + (2 c_2 + 6 c_3) s - 20 c_5 s^2
 double Transition::peak_slew_um_per_s() const {

@@ -1,27 +1,33 @@
-// A smooth transition from a motion to rest: the quintic x(s) with minimum jerk, s = t / T, between (x_0,
-// v_0, a_0) and (x_1, 0, 0), with D = x_1 - x_0, c_1 = v_0 T, c_2 = a_0 T^2 / 2:
+// A smooth transition from any motion to rest: a polynomial of degree 5 with minimum jerk.
+//
+//   s               time since the beginning as a share of the duration T, s = t / T
+//   x_0, v_0, a_0   position, velocity and acceleration at the beginning
+//   x_1             position at the end; velocity and acceleration are 0 there
+//   D, c_1, c_2     D = x_1 - x_0,  c_1 = v_0 T,  c_2 = a_0 T^2 / 2
 //
 //   x(s) = x_0 + c_1 s + c_2 s^2 + (10 D - 6 c_1 - 3 c_2) s^3 + (8 c_1 + 3 c_2 - 15 D) s^4
 //          + (6 D - 3 c_1 - c_2) s^5
 //
-// From rest this is the smooth step. Its peaks give the smallest T that keeps both limits:
+// If the transition begins at rest, x(s) is the smooth step (motion.h). Its peaks give the smallest T that
+// keeps the limits of velocity and acceleration:
 //
 //   max |v| = (15 / 8) |D| / T = 1.875 |D| / T,      max |a| = (10 / sqrt(3)) |D| / T^2 = 5.7735 |D| / T^2
 //
-// From a motion, the peaks are at the zeros of the jerk (of degree 2) and of the acceleration (1 - s times a
-// polynomial of degree 2). T is increased step by step until the peaks keep the limits, and the last step is
-// bisected. If a_0 makes this impossible (near the maximum velocity and still accelerating), the transition
-// begins without a_0; then there always is a T.
+// If the transition begins in motion, the acceleration has its peak at a zero of the jerk, and the velocity
+// at a zero of the acceleration. The jerk is a polynomial of degree 2; the acceleration is 1 - s times a
+// polynomial of degree 2. A search increases T step by step until both peaks keep their limits, and then
+// bisects the last step. If no T is long enough because of a_0 (near the maximum velocity and still
+// accelerating), the transition begins with a_0 = 0; then there always is a T.
 //
-// If the present velocity is itself beyond its limit, |v_0| is used as the limit. Nothing is allocated; there
-// are at most 64 + 64 + 16 trials.
+// If |v_0| is already above the limit of velocity, |v_0| is used as the limit. The search allocates nothing
+// and makes at most 64 + 64 + 16 trials.
 //
-// If the transition only has to stop, at any place, the quintic with c_5 = 0 is a braking:
+// A braking is a transition that may stop at any position. Its polynomial has no term of degree 5:
 //
 //   D = v_0 T / 2 + a_0 T^2 / 12,      v(s) = v_0 (1 - 3 s^2 + 2 s^3) + a_0 T (s - 2 s^2 + s^3)
 //
-// From a_0 = 0 it decelerates by at most 1.5 |v_0| / T and is never faster than |v_0|. With the acceleration
-// a it needs the distance 0.75 v_0^2 / a.
+// With a_0 = 0, a braking decelerates by at most 1.5 |v_0| / T and is never faster than |v_0|. If it
+// decelerates by at most a, it needs the distance 0.75 v_0^2 / a.
 #pragma once
 
 #include <array>
@@ -34,26 +40,27 @@
 
 namespace hystcan::controller {
 
-/// Limits of a transition; infinite: unlimited.
+/// Maximum velocity and maximum acceleration of a reference or of a transition. An infinite value is no
+/// limit.
 struct ReferenceLimits {
   double slew_um_per_s = std::numeric_limits<double>::infinity();
   double acceleration_um_per_s2 = std::numeric_limits<double>::infinity();
 };
-/// Returns for each kind of limit the smaller one of `a` and `b`.
+/// Returns the smaller velocity limit and the smaller acceleration limit of `a` and `b`.
 ReferenceLimits tighter(const ReferenceLimits& a, const ReferenceLimits& b);
 
 class Transition {
  public:
-  /// Constructs a transition without duration that ends at 0.
+  /// Constructs a transition of duration 0 that ends at the position 0.
   Transition() = default;
-  /// Lasts exactly `duration_s`, whatever its peaks are.
+  /// Constructs a transition of exactly `duration_s`. Its velocity and its acceleration are not limited.
   Transition(const Motion& from, double to_um, double duration_s);
 
   /// Returns the shortest transition that keeps the limits and lasts at least `least_s`.
   static Transition within(const ReferenceLimits& limits, const Motion& from, double to_um, double least_s);
-  /// Returns the shortest braking to rest that keeps the limits and ends in `range`. If the limit of
-  /// acceleration leaves too little room, the braking is harder. It has no duration if the acceleration is
-  /// unlimited.
+  /// Returns the shortest braking to rest that keeps the limits and ends in `range`. If `range` is too short
+  /// for the limit of acceleration, the braking exceeds this limit. If the acceleration is unlimited, the
+  /// braking has the duration 0.
   static Transition to_stand(const ReferenceLimits& limits, const Motion& from, const model::Interval& range);
 
   double duration_s() const { return duration_s_; }
@@ -69,27 +76,28 @@ class Transition {
   static std::optional<Transition> shortest(const ReferenceLimits& kept, const Motion& begin, double least_s,
                                             const Goal& to_um);
   bool keeps(const ReferenceLimits& limits) const;
-  double slope(double s) const;      ///< dx/ds
-  double curvature(double s) const;  ///< d2x/ds2
+  double slope(double s) const;      ///< derivative of the position by s, the elapsed share of the duration
+  double curvature(double s) const;  ///< second derivative of the position by s
 
   std::array<double, 6> c_{};
   double to_um_ = 0.0;
   double duration_s_ = 0.0;
 };
 
-// The handover from one reference to the next, without a jump of the drive.
+// The handover from one reference to the next, without a jump of the drive. It has three parts:
 //
-//   t_0 .. t_0 + h    lead: the old reference, unchanged
-//   .. + T_b          braking to rest, from the motion at t_0 + h (Transition::to_stand)
-//   .. + T            onward: from rest to the goal (Transition)
+//   from t_0, for h    lead: the old reference, unchanged. h is the preview
+//   then for T_b       braking to rest from the motion of the old reference (Transition::to_stand)
+//   then for T         onward: a Transition from rest to the goal
 //
-// h is the preview. The feed-forward of a chain of delay mu uses r(t + mu): at t_0 the drive already follows
-// the old reference up to t_0 + mu. A new reference that began at t_0 would make the feed-forward jump by
+// The lead is necessary because the feed-forward of an actuator with the mean delay mu uses r(t + mu), the
+// reference in the future. At t_0 the drive already follows the old reference up to t_0 + mu. If a new
+// reference began at t_0, the feed-forward would jump by
 //
-//   |r_new(t_0 + mu) - r_old(t_0 + mu)|:   up to mu |v| after a stop, up to 2 mu |v| before a corner
+//   |r_new(t_0 + mu) - r_old(t_0 + mu)|
 //
-// whatever the limits of slew and acceleration are. From t_0 + h on, the drive moves as smoothly as the
-// reference.
+// This is up to mu |v| if the reference stops from the velocity v, and up to 2 mu |v| if it turns. No limit
+// of slew or acceleration prevents this jump. With the lead, the drive moves as smoothly as the reference.
 //
 // The lead is stored as points with straight lines between them, which rounds a corner over h / 32.
 
@@ -98,17 +106,18 @@ class Handover {
   static constexpr std::size_t lead_intervals = 32;
   using Lead = std::array<double, lead_intervals + 1>;
 
-  /// Constructs a handover without duration that ends at 0.
+  /// Constructs a handover of duration 0 that ends at the position 0.
   Handover() = default;
-  /// Constructs a handover without lead and braking.
+  /// Constructs a handover that consists only of the transition to the goal, without lead and braking.
   explicit Handover(const Transition& onward) : onward_(onward) {}
-  /// `lead`: points in um at equal intervals of lead_s; ignored if lead_s is 0.
+  /// `lead`: positions of the old reference in um, at equal time steps within `lead_s`. It is ignored if
+  /// `lead_s` is 0.
   Handover(const Lead& lead, double lead_s, const Transition& braking, const Transition& onward)
       : lead_(lead), lead_s_(lead_s), braking_(braking), onward_(onward) {}
 
   double duration_s() const { return lead_s_ + braking_.duration_s() + onward_.duration_s(); }
-  /// `t_s` counts from the beginning. Before t_s = 0 the value is the first one; after the end it is the
-  /// goal.
+  /// Returns the position `t_s` seconds after the beginning of the handover. Before the beginning, this is
+  /// the first position; after the end, it is the goal.
   double value_um(double t_s) const;
   Motion at(double t_s) const;
 
