@@ -18,11 +18,12 @@ using Complex = std::complex<double>;
 
 constexpr int reach = feed_forward_reach, weights = 2 * reach + 1;
 using Weights = Eigen::Vector<double, weights>;
-constexpr int design_grid = 400;     ///< frequencies from 0 to pi
-constexpr double flat_below = 0.03;  ///< theta_0 in W(theta): below it, W is nearly constant
-constexpr int aliases = 6;           ///< m = -6 .. 6
+constexpr int design_grid = 400;     ///< number of frequencies theta in the design, up to pi (half the rate)
+constexpr double flat_below = 0.03;  ///< frequency below which the weight W(theta) is nearly constant
+constexpr int aliases = 6;           ///< number of aliases on each side of a frequency in the design
 
-/// Returns P_m, the response of the position at the m-th alias of `theta`.
+/// Returns the response from the setpoints to the position at the m-th alias of the frequency `theta`, with
+/// notch and command delay.
 Complex path_of(const LoopConfig& loop, const Complex& notch, double theta, int m) {
   const double frequency_Hz = (theta / (2.0 * std::numbers::pi) + m) / loop.cycle_s;
   const double delay_s = std::chrono::duration<double>(loop.delays.command_delay).count();
@@ -30,9 +31,9 @@ Complex path_of(const LoopConfig& loop, const Complex& notch, double theta, int 
          std::polar(1.0, -2.0 * std::numbers::pi * frequency_Hz * delay_s);
 }
 
-/// Returns the weights that minimise the integral of |1 - P_0 V|^2 + sum_m |P_m V|^2, with V around the mean
-/// delay. They solve the normal equations with the two conditions: the sum of the weights is 1, their mean is
-/// 0.
+/// Returns the weights of the feed-forward V that minimise the weighted integral of |1 - P_0 V|^2 + sum_m
+/// |P_m V|^2 (symbols: feed_forward_design.h). They solve the normal equations with two conditions: the sum
+/// of the weights is 1, and their mean position is the mean delay of the plant.
 Weights feed_forward_weights(const LoopConfig& loop, const LinearLoop& linear) {
   const double ahead = chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s / loop.cycle_s;
   Eigen::Matrix<double, weights + 2, weights + 2> normal =
@@ -59,7 +60,8 @@ Weights feed_forward_weights(const LoopConfig& loop, const LinearLoop& linear) {
   return normal.fullPivLu().solve(right).head<weights>();
 }
 
-/// Returns the smallest number of periods that is a whole number of cycles; 0 if there is none.
+/// Returns the smallest number of periods whose duration is a whole number of cycles. Returns 0 if there is
+/// none up to 100.
 unsigned whole_periods(double cycles_per_period) {
   constexpr unsigned most = 100;
   for (unsigned periods = 1; periods <= most; ++periods) {
@@ -69,10 +71,12 @@ unsigned whole_periods(double cycles_per_period) {
   return 0;
 }
 
+/// Sums over the aliases of one frequency. R: harmonic of the reference, P: response from the setpoints to
+/// the position.
 struct AliasSums {
-  double reference = 0.0;              ///< sum |R|^2
-  std::complex<double> reached = 0.0;  ///< sum conj(P) R
-  double gain = 0.0;                   ///< sum |P|^2
+  double reference = 0.0;              ///< sum of |R|^2; R: harmonic of the reference
+  std::complex<double> reached = 0.0;  ///< sum of conj(P) R; P: response to the setpoints
+  double gain = 0.0;                   ///< sum of |P|^2; P: response to the setpoints
 };
 
 }  // namespace

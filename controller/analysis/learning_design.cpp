@@ -14,30 +14,33 @@ namespace {
 using Complex = std::complex<double>;
 constexpr double half_turn = std::numbers::pi;
 
-constexpr int half_grid = 768;  ///< frequencies from 0 to pi
+constexpr int half_grid = 768;  ///< number of frequency steps from 0 to pi (half the rate)
 constexpr std::size_t most_taps = 97;
 constexpr double regularisation = 0.02;
 
-/// Returns the share of an error that is left after one period if a tenth is left after 20 periods, at the
-/// default rate.
+/// Returns the factor per period with which an error falls to a tenth within 20 periods at the default rate.
+/// An error with a smaller factor counts as learnt soon.
 double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
-/// A number of cycles that is this close to a whole number counts as whole.
+/// A number of cycles that differs from a whole number by less than this counts as whole.
 constexpr double near_enough = 0.01;
 
-/// Minimum number of periods of a segment beyond those that settle, so that something is learnt.
+/// Minimum number of periods that a segment must have after the periods in which it settles. In fewer
+/// periods, nothing would be learnt.
 constexpr double settling_periods = 1.5;
 
 double theta_of(int i, int half) { return half_turn * i / half; }
 
-/// Returns m, the number of whole cycles by which the correction is ahead.
+/// Returns the number of whole cycles by which the correction is ahead in the feed-forward: the mean delay
+/// from a command to the sample that shows its effect.
 double ahead_cycles(const LoopConfig& loop) {
   return std::max(
       0.0, std::round((chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s + loop.delays.sensor_s()) /
                       loop.cycle_s));
 }
 
-/// The loop's response T to a correction, at every frequency, for one resonance.
+/// The response of the loop to a correction of the reference, at every frequency, for one resonance of the
+/// mode.
 using LearningResponse = Eigen::ArrayXcd;
 
 std::vector<LearningResponse> learning_responses(const LoopConfig& loop, double resonance_percent) {
@@ -59,7 +62,8 @@ std::vector<LearningResponse> learning_responses(const LoopConfig& loop, double 
   return all;
 }
 
-/// Returns the learning filter H before a low pass cuts it off.
+/// Returns the response of the learning filter before a low pass cuts it off: a regularised inverse of all
+/// `responses` (learning_design.h).
 Eigen::ArrayXcd inverse_of(const std::vector<LearningResponse>& responses) {
   Eigen::ArrayXcd h(half_grid + 1);
   for (int k = 0; k <= half_grid; ++k) {
@@ -77,12 +81,13 @@ Eigen::ArrayXcd inverse_of(const std::vector<LearningResponse>& responses) {
   return h;
 }
 
-/// Returns 1 below the corner, 0 above 1.5 times the corner, smooth in between. Frequencies are shares of
-/// half the rate.
+/// Returns the gain of a low pass: 1 below the corner, 0 above 1.5 times the corner, smooth in between.
+/// `share` and `corner` are frequencies, as shares of half the rate.
 double cut_off(double share, double corner) { return 1.0 - smooth_step((share / corner - 1.0) / 0.5); }
 
-/// Returns the taps h_k = 1 / (2 pi) integral H e^{-i theta k}, with a window: as many as a period has
-/// phases, at most most_taps.
+/// Returns the taps h_k of the filter with this response H, cut off at `corner` and multiplied by a window:
+/// h_k = 1 / (2 pi) integral H e^{-i theta k} dtheta. Their number is odd, at most `phases` and at most
+/// most_taps.
 std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std::size_t phases) {
   const std::size_t count = std::min(most_taps, phases - (phases % 2 == 0 ? 1 : 0));
   const int late = static_cast<int>(count / 2);
@@ -100,7 +105,7 @@ std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std:
   return taps;
 }
 
-/// Returns the frequency response H of the taps.
+/// Returns the response of the filter with these taps at the frequency `theta`.
 Complex response_of(const std::vector<double>& taps, double theta) {
   const int late = static_cast<int>(taps.size() / 2);
   Complex sum = 0.0;
@@ -109,7 +114,8 @@ Complex response_of(const std::vector<double>& taps, double theta) {
   return sum;
 }
 
-/// Checks the filter with its finite number of taps; false if an error would grow.
+/// Checks the filter with its finite number of taps, and stores in `design` how fast it learns. Returns false
+/// if an error would grow.
 bool converges(const std::vector<LearningResponse>& responses, const Learning::Config& config, double cycle_s,
                LearningDesign& design) {
   const double forget = 0.01 * config.forget_percent;
@@ -135,7 +141,8 @@ bool converges(const std::vector<LearningResponse>& responses, const Learning::C
   return design.largest_growth <= 1.0 - 0.5 * forget;
 }
 
-/// Lowers the corner until no error grows.
+/// Lowers the corner of the filter's low pass until no error grows. Returns false if errors still grow with
+/// the lowest corner.
 bool finds_filter(const std::vector<LearningResponse>& responses, const Learning::Config& config,
                   double cycle_s, LearningDesign& design) {
   const Eigen::ArrayXcd inverse = inverse_of(responses);
@@ -147,8 +154,8 @@ bool finds_filter(const std::vector<LearningResponse>& responses, const Learning
   return false;
 }
 
-/// Selects the smallest number of periods that together are a whole number of cycles, or else the one nearest
-/// to it.
+/// Selects how many periods are learnt together: the smallest number that is a whole number of cycles, or
+/// else the number nearest to one. `cycles`: cycles of one period.
 void set_phases(LearningDesign& design, double cycles) {
   constexpr unsigned most_periods = 10;
   design.slip_cycles = 1.0;
@@ -161,8 +168,10 @@ void set_phases(LearningDesign& design, double cycles) {
   }
 }
 
-/// Returns the cycles that are judged together. In one period a corner is on a sample, in another between two
-/// samples, which changes the error. The returned periods cover the whole shift from one sample to the next.
+/// Returns the number of cycles whose errors are judged together; 0 if `periods` periods are a whole number
+/// of cycles. Otherwise a corner of the reference is on a sample in one period and between two samples in
+/// another, which changes the error. The returned cycles cover the whole shift from one sample to the next,
+/// or at most ten times `periods`.
 std::size_t judged_cycles(const LearningDesign& design, double cycles) {
   constexpr double most_periods = 10.0;
   if (design.slip_cycles < near_enough) return 0;
@@ -200,7 +209,8 @@ LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const
            " or more: the first ", design.periods, " settle");
   const std::vector<LearningResponse> responses = learning_responses(loop, config.resonance_percent);
   const unsigned together = design.periods;
-  // A short period has a short filter. Several periods together have a longer filter, and learn more slowly.
+  // The filter has at most as many taps as the phases, so a short period has a short filter. With several
+  // periods together the filter is longer, but learns more slowly.
   do {
     design.plan.phases = static_cast<std::size_t>(std::lround(design.periods * cycles));
     design.plan.period_s = design.periods * *period;

@@ -1,18 +1,25 @@
 // Designs the filter with which a loop learns (controller/control/learning.h).
 //
-// The correction is added m whole cycles ahead to the feed-forward, and to the reference of PI:
+// The learnt correction is added to the reference of PI and, m whole cycles ahead, to the feed-forward. The
+// loop responds to the correction with T:
 //
-//   T = P (z^m + PI F) / (1 + L)                    linear_loop.h; m: the preview, rounded
+//   T = P (z^m + PI F) / (1 + L)
 //   T = L / (1 + L)  without feed-forward (pi),     T = P z^m  without PI (average, inverse)
 //
-// For every resonance in its interval, T is inside a disc with the middle M and the radius R. The regularised
-// inverse of M learns best for all of them. The larger the uncertainty of the phase, the smaller is q:
+//   P, PI, F, L    plant with notch, PI, low pass and open loop (linear_loop.h)
+//   z, m           shift by one cycle; the preview, rounded to cycles
+//   H              response of the filter that turns an error into a correction
+//   M, R           middle and radius of a disc that contains T for every resonance in its interval
+//   q              share of the error that may be learnt: smaller if the phase of T is more uncertain
+//
+// The regularised inverse of M learns best for all resonances in the interval:
 //
 //   H = q conj(M) / (|M|^2 + 0.02),   q = max(0, 1 - R / |M|)^2
 //
-// A window makes H a filter of finite length. The check uses this finite filter, for every T and every theta:
+// A window makes H a filter of finite length. A check uses this finite filter, for every T and every
+// frequency:
 //
-//   |1 - forget - rate H T| <= 1 - forget / 2
+//   |1 - forget - rate H T| <= 1 - forget / 2         rate, forget: Learning::Config
 //
 // If the check fails, a low pass with a decreasing corner cuts H off until the check passes. If the period is
 // short, several periods are also learnt together, which allows a longer filter.
@@ -29,30 +36,32 @@ namespace hystcan::controller {
 
 struct LearningDesign {
   Learning::Plan plan;
-  /// Periods that are learnt together, because together they are nearly a whole number of cycles.
+  /// Number of periods that are learnt together, because together they are nearly a whole number of cycles.
   unsigned periods = 1;
-  /// Difference of these periods from a whole number of cycles; the phases are interpolated.
+  /// Difference between `periods` periods and a whole number of cycles. Corrections are interpolated between
+  /// cycles.
   double slip_cycles = 0.0;
   /// Highest frequency at which the error falls to a tenth within 20 periods, at the default rate.
   double highest_Hz = 0.0;
   double slowest_Hz = 0.0;       ///< frequency below highest_Hz at which learning is slowest
   double slowest_periods = 0.0;  ///< periods until the error at slowest_Hz has fallen to a tenth
-  double largest_growth = 0.0;   ///< largest |1 - forget - rate H T| over resonances and frequencies
+  /// Maximum factor of an error per period, over all resonances and frequencies.
+  double largest_growth = 0.0;
   double resonance_percent = 0.0;
 };
 
-/// Returns the period of a shape; `nullopt` if the shape does not repeat.
+/// Returns the period of a shape in s; `nullopt` if the shape does not repeat.
 std::optional<double> period_s(const Shape& shape);
 
-/// Longest period, in cycles.
+/// Longest period that a loop can learn, in cycles.
 inline constexpr double longest_period_cycles = 20'000.0;
 
-/// Designs the filter of one segment. Throws std::invalid_argument if the period has fewer than 4 cycles or
-/// more than longest_period_cycles, or if no filter converges.
+/// Designs the learning filter for one segment. Throws std::invalid_argument if the period has fewer than 4
+/// cycles or more than longest_period_cycles, if the segment has too few periods, or if no filter converges.
 LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const Learning::Config& config);
 
-/// Designs ahead_cycles and plans for the axis's learning, if it has one, for each segment that repeats.
-/// Throws std::invalid_argument if no segment repeats, or if design_learning does.
+/// If the axis learns, designs Learning::Config::ahead_cycles, and the plan of each segment that repeats.
+/// Throws std::invalid_argument if no segment repeats, or if design_learning() throws.
 std::vector<std::optional<LearningDesign>> plan_learning(AxisConfig& axis, double rate_Hz);
 
 }  // namespace hystcan::controller

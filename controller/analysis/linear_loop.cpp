@@ -19,8 +19,8 @@ void require_positive(const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) refuse(name, " = ", value, ", expected a positive number");
 }
 
-/// The formula needs different poles. A pole that meets another one is moved by this share, which changes the
-/// response by the same share.
+/// The formula of the plant's response needs different poles. If a pole is closer to another one than this
+/// share of its value, it is moved by twice this share. This changes the response by about the same share.
 constexpr double apart = 1e-5;
 
 void add_pole(std::vector<Complex>& poles, Complex pole) {
@@ -45,9 +45,9 @@ std::vector<Complex> poles_of(const Delays& delays) {
 }
 
 constexpr double pi_ = std::numbers::pi;
-constexpr double on_the_axis = -pi_ + 1e-9;  // with room for rounding
+constexpr double on_the_axis = -pi_ + 1e-9;  // -180 degrees, with a tolerance for rounding
 
-/// Returns the place between `a` and `b` where `f` changes its sign.
+/// Returns the argument between `a` and `b` at which `f` changes its sign.
 double bisect(const std::function<double(double)>& f, double a, double b) {
   const bool sign = f(a) < 0.0;
   for (int i = 0; i < 60; ++i) {
@@ -59,11 +59,12 @@ double bisect(const std::function<double(double)>& f, double a, double b) {
 
 double phase_margin_deg(const Complex& loop) { return std::abs(std::arg(-loop)) * 180.0 / pi_; }
 
-/// Positive if |L / (1 + L)|^2 > 1/2, that is, inside the bandwidth.
+/// Returns a positive value if the frequency is inside the bandwidth of the closed loop:
+/// |L / (1 + L)|^2 > 1/2. L is `loop`, the response of the open loop.
 double above_half_power(const Complex& loop) { return std::norm(loop) - 0.5 * std::norm(1.0 + loop); }
 
-/// True if 1 + L has not turned between the lowest and the highest frequency, apart from rounding: the loop
-/// is stable.
+/// True if the loop is stable. `turned` is the angle of 1 + L at the highest frequency in rad, unwrapped from
+/// the lowest frequency on; L is the open loop. In a stable loop this angle is 0, apart from rounding.
 bool is_unturned(double turned) { return std::abs(turned) < 0.1; }
 
 void require_gain(const char* name, double value) {
@@ -71,7 +72,7 @@ void require_gain(const char* name, double value) {
     refuse(name, " = ", value, ", expected a number, zero or more");
 }
 
-/// Moves along the frequencies and collects the margins.
+/// Evaluates the open loop at ascending frequencies and collects its margins.
 class FrequencySweep {
  public:
   FrequencySweep(const LinearLoop& loop, const PiGains& pi) : loop_(loop), pi_gains_(pi) {
@@ -93,7 +94,7 @@ class FrequencySweep {
       before = theta[i];
       was = here;
     }
-    if (was.real() < 0.0) at_180_ = std::max(at_180_, std::abs(was));  // L(pi) is real
+    if (was.real() < 0.0) at_180_ = std::max(at_180_, std::abs(was));  // real at half the rate
     found_.peak_sensitivity = 1.0 / std::sqrt(least_distance_);
     found_.gain_margin = at_180_ > 0.0 ? 1.0 / at_180_ : std::numeric_limits<double>::infinity();
     found_.stable = is_unturned(turned);
@@ -123,11 +124,12 @@ class FrequencySweep {
   const LinearLoop& loop_;
   PiGains pi_gains_;
   Margins found_;
-  double least_distance_ = std::numeric_limits<double>::infinity();  ///< minimum of |1 + L|^2
-  double at_180_ = 0.0;  ///< largest |L| where L is real and negative
+  double least_distance_ = std::numeric_limits<double>::infinity();  ///< minimum of |1 + L|^2; L: open loop
+  double at_180_ = 0.0;  ///< largest gain of the open loop at a phase of 180 degrees
 };
 
-/// Same as Margins::stable, for a loop in which only the gains change.
+/// Returns Margins::stable for these gains. `of` contains the response of the loop without its gains, so a
+/// search over many gains is fast.
 bool is_stable(const Responses& of, double kp, double ki_per_cycle) {
   const auto from_minus_one = [&](Eigen::Index i) {
     return 1.0 + ki_per_cycle * of.integral[i] + kp * of.proportional[i];
@@ -142,8 +144,8 @@ bool is_stable(const Responses& of, double kp, double ki_per_cycle) {
   return is_unturned(turned);
 }
 
-/// Returns the largest stable value below `unstable`, by bisection of its logarithm; `nullopt` if `least` is
-/// not stable.
+/// Returns the largest stable value between `least` and `unstable`, rounded down to two digits. Bisects the
+/// logarithm of the value. Returns `nullopt` if `least` is not stable.
 std::optional<double> largest(const std::function<bool(double)>& stable, double least, double unstable) {
   if (!stable(least)) return std::nullopt;
   double lo = std::log(least), hi = std::log(unstable);
@@ -163,20 +165,20 @@ PlantRecursion::Config held_plant(const Delays& delays, double cycle_s, double l
   const double delay_s = delays.pure_s() + longer_s;
   if (!std::isfinite(delay_s) || std::abs(delay_s) > 1e6 * cycle_s)
     refuse("delay_s = ", delay_s, ", expected less than a million cycles");
-  constexpr double rounding = 1e-9;                               // a delay of whole cycles in nanoseconds
-  const double cycles = std::ceil(delay_s / cycle_s - rounding);  // j
-  const double rest_s = cycles * cycle_s - delay_s;               // tau
+  constexpr double rounding = 1e-9;  // tolerance: a delay of whole cycles stays whole
+  const double cycles = std::ceil(delay_s / cycle_s - rounding);  // delay in cycles, rounded up
+  const double rest_s = cycles * cycle_s - delay_s;               // from the delay to the next whole cycle
   PlantRecursion::Config plant;
   plant.delay_cycles = static_cast<int>(cycles);
   plant.interpolated = delays.interpolated;
   plant.constant = rest_s / cycle_s;
   for (std::size_t i = 0; i < poles.size(); ++i) {
-    Complex share = -1.0;  // c_i
+    Complex share = -1.0;  // coefficient c_i of the pole in the step response (linear_loop.h)
     for (std::size_t k = 0; k < poles.size(); ++k)
       if (k != i) share *= poles[k] / (poles[k] - poles[i]);
     if (plant.interpolated) {
       share /= poles[i] * cycle_s;
-      plant.constant -= share.real();  // the imaginary parts of a pair cancel
+      plant.constant -= share.real();  // the imaginary parts of conjugate poles cancel
     }
     plant.terms[i] = {share * std::exp(poles[i] * rest_s), std::exp(poles[i] * cycle_s)};
   }
@@ -243,7 +245,7 @@ Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density) {
   std::vector<double> theta;
   for (int i = 1; i <= even; ++i) theta.push_back(pi_ * i / even);
   for (int i = 0; i < slow; ++i) theta.push_back(pi_ * std::pow(10.0, -4.0 + 4.0 * i / slow));
-  constexpr int per_decade = 10;  // far below the crossover of any practical loop
+  constexpr int per_decade = 10;  // few: these are far below the crossover of any practical loop
   for (int i = 0; i < 3 * per_decade; ++i) theta.push_back(pi_ * std::pow(10.0, -7.0 + 1.0 * i / per_decade));
   const double omega = 2.0 * pi_ * config.delays.resonance_Hz * config.cycle_s;
   for (int i = -close; i <= close; ++i) {

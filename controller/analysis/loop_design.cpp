@@ -14,10 +14,10 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Density of frequencies in a search, as a share of the density in margins_of().
+/// Number of frequencies in a coarse and in an exact search, as a share of the number in margins_of().
 constexpr double search_density = 0.15, exact_density = 0.6;
 
-/// Largest kp / (ki T) that is tried.
+/// Largest ratio kp / (ki T) of the gains that is tried; T: cycle.
 constexpr double largest_ratio = 6.0;
 
 /// Returns the value with three significant digits, rounded towards zero.
@@ -29,7 +29,8 @@ double rounded_down(double value) {
   return digits < 0.0 ? down * std::pow(10.0, -digits) : down / std::pow(10.0, digits);
 }
 
-/// The plant at every corner and every frequency; computed once for all filters that are tried.
+/// The response of the plant at every corner of the uncertainty and every frequency. It is computed once for
+/// all filters that are tried.
 struct Plants {
   std::vector<double> theta;
   std::vector<Complex> response;
@@ -45,7 +46,7 @@ Plants plants_of(const LoopConfig& config, const PlantUncertainty& uncertainty, 
   return plants;
 }
 
-/// Returns the responses at all corners, one corner after the other.
+/// Returns the open loop without its gains, with the filters of `config`, at all frequencies of all corners.
 Responses responses_of(const LoopConfig& config, const Plants& plants) {
   const LinearLoop loop(config);
   const auto count = static_cast<Eigen::Index>(plants.theta.size());
@@ -60,8 +61,8 @@ Responses responses_of(const LoopConfig& config, const Plants& plants) {
   return of;
 }
 
-/// Returns the largest ki T with this kp / (ki T). The loop for ki T = 1 is X = integral + kp / (ki T)
-/// proportional.
+/// Returns the largest ki T that keeps the peak sensitivity if kp / (ki T) is `ratio`; T: cycle. The loop
+/// with ki T = 1 is `integral` + `ratio` times `proportional`. The equation is in loop_design.h.
 double largest_ki(const Responses& of, double ratio, double peak_sensitivity) {
   const double rest = 1.0 - 1.0 / (peak_sensitivity * peak_sensitivity);
   double most = std::numeric_limits<double>::infinity();
@@ -74,12 +75,12 @@ double largest_ki(const Responses& of, double ratio, double peak_sensitivity) {
   return most;
 }
 
-/// A ratio kp / (ki T), and the largest ki T with this ratio.
+/// A ratio kp / (ki T) of the gains, and the largest ki T with this ratio; T: cycle.
 struct Best {
   double ratio = 0.0;
   double ki_per_cycle = 0.0;
 };
-/// Returns the best of `count` ratios, in steps of `step` starting at `from`.
+/// Returns the ratio with the largest ki T. Tries `count` ratios in steps of `step`, starting at `from`.
 Best best_ratio(const Responses& of, double peak_sensitivity, double from, double step, int count) {
   Best best;
   for (int i = 0; i < count; ++i) {
@@ -99,13 +100,14 @@ void require(const SensitivityRule& rule) {
     refuse("peak_sensitivity = ", rule.peak_sensitivity, ", expected more than 1");
 }
 
-/// Returns the largest ki T of a coarse search.
+/// Returns the largest ki T with the filters of `config`, found by a coarse search; T: cycle.
 double worth(const LoopConfig& config, const Plants& plants, const SensitivityRule& rule) {
   const Responses of = responses_of(config, plants);
   return best_ratio(of, rule.peak_sensitivity, 0.0, coarse_step, coarse_ratios).ki_per_cycle;
 }
 
-/// Returns `config` with the best low pass; unchanged if no low pass improves it.
+/// Returns `config` with the low pass that allows the largest ki. Returns `config` unchanged if no low pass
+/// improves it.
 LoopConfig with_low_pass(const LoopConfig& config, const PlantUncertainty& uncertainty,
                          const SensitivityRule& rule) {
   constexpr std::array shares_of_rate{0.01, 0.02, 0.03, 0.05, 0.08, 0.12, 0.2, 0.3};
@@ -123,12 +125,13 @@ LoopConfig with_low_pass(const LoopConfig& config, const PlantUncertainty& uncer
   return best;
 }
 
-/// Depths that are tried. A shallow notch delays less, which is better if the mode is damped or near half the
-/// rate.
+/// Depths of the notches that are tried; a depth is the gain at the notch frequency. A shallow notch delays
+/// less, which is better if the mode is well damped or near half the rate.
 constexpr std::array deep_notches{0.02, 0.1, 0.3};
 constexpr std::array shallow_notches{0.6};
 
-/// Returns `config` with the best notch of these depths; unchanged if no notch improves it.
+/// Returns `config` with the notch of one of these depths that allows the largest ki. Returns `config`
+/// unchanged if no notch improves it.
 LoopConfig with_notch(const LoopConfig& config, const PlantUncertainty& uncertainty,
                       const SensitivityRule& rule, std::span<const double> depths) {
   constexpr std::array places{0.9, 0.95, 1.0, 1.05};
@@ -152,8 +155,8 @@ LoopConfig with_notch(const LoopConfig& config, const PlantUncertainty& uncertai
   return best;
 }
 
-/// Returns notches with zeros of twice the mode's damping at the mode, and with poles of several damping
-/// ratios.
+/// Returns `config` with each of several notches that cancel the mode. The zeros of a notch are at the mode's
+/// frequency and have twice its damping ratio. The damping ratios of the poles are `widths`.
 std::vector<LoopConfig> with_cancelling_notches(const LoopConfig& config) {
   constexpr std::array widths{0.2, 0.35, 0.6, 1.0};
   const double frequency_Hz = std::min(config.delays.resonance_Hz, 0.49 / config.cycle_s);
@@ -175,10 +178,10 @@ void require(const CautiousRule& rule) {
   if (!(rule.gain_margin > 1.0)) refuse("gain_margin = ", rule.gain_margin, ", expected more than 1");
 }
 
-/// Returns the resonances of the corners.
+/// Returns the resonance frequencies, in Hz, of the plants that corners_of() returns.
 std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cycle_s) {
   constexpr int fewest = 5;
-  constexpr double share_of_rate = 0.02, without_mode = 1e3;  // shares of the rate
+  constexpr double share_of_rate = 0.02, without_mode = 1e3;  // step, and a resonance far above the rate
   const double rate_Hz = 1.0 / cycle_s, half_Hz = 0.5 * rate_Hz;
   const bool has_end = std::isfinite(resonance_Hz.hi);
   const double last_Hz = std::min(resonance_Hz.hi, std::max(resonance_Hz.lo, half_Hz) + rate_Hz);
@@ -193,7 +196,8 @@ std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cy
   return resonances;
 }
 
-/// Returns the largest factor of `shape` (the loop at ki T = 1) that satisfies the cautious rule.
+/// Returns the largest ki T that satisfies the cautious rule; T: cycle. `shape` is the open loop with ki
+/// T = 1.
 double largest_factor(const Eigen::ArrayXcd& shape, const CautiousRule& rule) {
   constexpr double pi = std::numbers::pi, on_the_real_axis = -pi + 1e-9;
   const double limit = rule.phase_margin_deg * pi / 180.0 - pi;
@@ -259,7 +263,8 @@ PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertai
     const double ki_per_cycle = largest_factor(of.integral + ratio * of.proportional, rule);
     if (ki_per_cycle > best.ki_per_cycle) best = {ratio, ki_per_cycle};
   }
-  // Above half the rate the phase of a mode rises.
+  // A mode above half the rate appears at an alias, where its phase rises. So a corner may be worse than the
+  // plant of `config`.
   const bool folds = uncertainty.resonance_Hz.hi * config.cycle_s > 0.5;
   if (folds)
     for (const LinearLoop& corner : corners_of(config, uncertainty)) {
