@@ -5,11 +5,11 @@
 namespace hystcan::controller {
 namespace {
 
-constexpr double output_error = 0.01;  // share of the drive's range
+constexpr double output_error = 0.01;  // measurement error of an output, as a share of the drive's range
 
 bool is_plausible(double output, const Gate::Config& gate) {
   const double error = output_error * (gate.drive_max - gate.drive_min);
-  // With NaN the comparison is false.
+  // If the output is NaN, the comparison is false: the output is not plausible.
   return output >= gate.drive_min - error && output <= gate.drive_max + error;
 }
 

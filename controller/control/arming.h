@@ -1,4 +1,4 @@
-// The conditions that must hold before an axis is driven, and one attempt to clear the amplifier's fault.
+// The conditions that must hold before an axis is driven, and the attempt to clear the amplifier's fault.
 #pragma once
 
 #include <array>
@@ -13,8 +13,8 @@
 
 namespace hystcan::controller {
 
-/// A condition for which an axis waits, in the order in which they are met. Up to `sample` the axis is not
-/// driven yet.
+/// The conditions for which an axis waits, in the order in which they are met. While a condition up to
+/// `sample` is missing, the axis is not driven.
 enum class ArmingBlock : std::uint8_t {
   nothing,
   sensor_heartbeat,
@@ -22,14 +22,14 @@ enum class ArmingBlock : std::uint8_t {
   sensor_operational,
   amplifier_operational,
   clear,             ///< the amplifier's latched fault must be cleared
-  amplifier_ready,   ///< a status that reports ready
-  amplifier_output,  ///< a status whose output is a number within drive_min..drive_max
-  amplifier_rest,    ///< two statuses with the same output
+  amplifier_ready,   ///< the amplifier must report the state ready
+  amplifier_output,  ///< the amplifier must report an output within drive_min..drive_max
+  amplifier_rest,    ///< the output must be the same in two statuses in a row
   sample,
-  enabled,     ///< a status that reports enabled, or the enable delay of an amplifier without status
-  output,      ///< the amplifier's output differs from the drive
-  watchdog,    ///< the amplifier must react to withheld commands
-  other_axes,  ///< axes that begin together with this one
+  enabled,     ///< the amplifier must report the state enabled, or its enable delay must pass
+  output,      ///< the amplifier's output must follow the drive
+  watchdog,    ///< the amplifier must trip when commands are withheld
+  other_axes,  ///< the axes that begin together with this one must be ready
 };
 constexpr auto words(ArmingBlock) {
   return std::to_array<std::string_view>(
@@ -42,7 +42,7 @@ constexpr auto words(ArmingBlock) {
 constexpr std::string_view to_string(ArmingBlock block) { return word_of(block); }
 inline constexpr std::size_t arming_block_count = every<ArmingBlock>().size();
 
-/// The conditions for which an axis waits, in the order of `ArmingBlock`. Never contains `nothing`.
+/// A set of conditions for which an axis waits, in the order of `ArmingBlock`. It never contains `nothing`.
 class ArmingBlocks {
  public:
   constexpr ArmingBlocks() = default;
@@ -63,19 +63,21 @@ class ArmingBlocks {
 };
 static_assert(arming_block_count <= 16, "an ArmingBlocks has a bit for each ArmingBlock");
 
-/// Returns the missing conditions up to `sample`: only the first one of each node, because the later ones
-/// depend on it; for an amplifier that is ready, both output and rest. An output may exceed the gate's range
-/// by its measurement error, 1 % of the range; the gate limits the commands.
+/// Returns the conditions up to `sample` that are missing: for each node only the first one, because the
+/// later ones depend on it. For an amplifier that is ready, returns both amplifier_output and amplifier_rest
+/// if both are missing. The output may be outside the gate's range by 1 % of this range, because its
+/// measurement has an error.
 ArmingBlocks arming_blocks_of(const AxisInput& input, const Gate::Config& gate);
 
 /// Tries to clear the amplifier's fault for half a second, starting when the amplifier is operational. If the
-/// cause lasts longer, another clear is needed: otherwise the axis would be driven whenever the cause ends.
+/// cause of the fault lasts longer, the user must clear the fault again. Otherwise the axis would be driven
+/// without warning when the cause ends.
 class ClearAttempt {
  public:
   static constexpr double duration_s = 0.5;
 
   void begin() { left_s_ = duration_s; }
-  /// Called once in each cycle of a waiting axis. Returns true if ClearFault is to be commanded.
+  /// Called once in each cycle of a waiting axis. Returns true if the command must contain ClearFault.
   bool step(const NodeHealth& health, double dt_s);
 
  private:

@@ -8,7 +8,7 @@
 namespace hystcan::controller {
 namespace {
 
-/// Returns the drive in open loop, from the excitation.
+/// Returns the drive of the excitation in open loop, and fills the values of the reference into `report`.
 double excite(const Excitation& excitation, double t_s, AxisReport& report) {
   report.reference_um = report.demand_um = std::numeric_limits<double>::quiet_NaN();
   report.point = {.finished = t_s >= excitation.length_s(), .shape_time_s = t_s};
@@ -59,7 +59,7 @@ std::optional<Refusal> Axis::clear() {
 void Axis::trip(Cause cause, double time_s) {
   fall_.trip({cause, time_s}, controller::is_in_use(state_), config_.fault_ramp_per_s);
   state_ = AxisState::faulted;
-  memory_known_ = false;  // the drive's path to its safe value is unknown
+  memory_known_ = false;  // the path of the output to the safe drive is unknown
 }
 
 ClosedLoop* Axis::loop_for_live_setpoints() {
@@ -69,7 +69,7 @@ ClosedLoop* Axis::loop_for_live_setpoints() {
 std::optional<Refusal> Axis::go_to(double position_um) {
   ClosedLoop* loop = loop_for_live_setpoints();
   if (loop == nullptr) return Refusal::not_tracking;
-  // With NaN the comparison is false: the position is out of range.
+  // If the position is NaN, the comparison is false: the position is out of range.
   if (!(position_um >= reach_.lo && position_um <= reach_.hi)) return Refusal::position_out_of_range;
   loop->go_to(now_s_ - tracking_since_s_, position_um);
   return std::nullopt;
@@ -159,7 +159,8 @@ AxisCommand Axis::decide(const AxisInput& input) {
 AxisCommand Axis::supervise(const AxisInput& input) {
   if (closed_loop_) closed_loop_->elapse(input.dt_s);  // the drive of the last cycle was held until now
   if (start_up_.state() == StartUp::State::withholding && !stopping_) {
-    // All causes except the amplifier's trip are judged as usual; its emergency may arrive before its status.
+    // During the trial of the watchdog, a trip of the amplifier is no fault. The emergency that may arrive
+    // before the status with the trip is ignored. All other causes are judged as usual.
     AxisInput judged = input;
     judged.health.emergency = false;
     const Cause cause = input.health.amplifier_fault ? Cause::none : supervisor_.judge(judged).cause;
@@ -177,17 +178,19 @@ AxisCommand Axis::supervise(const AxisInput& input) {
   return fall_.step(config_, input, output_check_, drive_);
 }
 
-/// Returns the input without a sample that may not be used. Trips the axis if a check finds a cause.
+/// Returns the input, without its sample if the sample may not be used. Trips the axis if a check finds the
+/// cause of a fault.
 AxisInput Axis::examine(const AxisInput& input) {
   course_.elapse(input.dt_s, input.cycle_s);
   const Supervisor::Verdict verdict = supervisor_.judge(input, course_.moved_um(at_last_sample_));
   if (verdict.position_um) at_last_sample_ = course_.mark();
   AxisInput examined = input;
   examined.position_um = verdict.position_um;
-  examined.dt_s -= input.waited_s - waited_s_;  // ramps, slew and law continue with the references
+  examined.dt_s -= input.waited_s - waited_s_;  // ramps, slew and law wait while the references wait
   const bool ramps = state_ == AxisState::initialising;
   output_check_.step(drive_, ramps ? config_.wipe_slew_per_s : config_.gate.slew_per_s, input);
-  // If the amplifier's output differs from the drive, this is the cause of a constant position.
+  // A position that does not change is explained by an output of the amplifier that does not follow the
+  // drive.
   const bool is_still = verdict.cause == Cause::position_frozen && output_check_.differs_for_s() > 0.0;
   if (verdict.cause != Cause::none) trip(is_still ? Cause::output_differs : verdict.cause, input.time_s);
   if (output_check_.differs_too_long(state_ == AxisState::initialising))
@@ -260,7 +263,8 @@ AxisCommand Axis::track(const AxisInput& input) {
   const std::optional<double> requested =
       closed_loop_ ? closed_loop_->propose(input, t_s, input.waited_s != waited_s_, report_)
                    : excite(*excitation_, t_s, report_);
-  // An unstable loop also loses its reference: the oscillation explains more.
+  // An unstable loop also causes a following error. Its oscillation is the better explanation, so it is
+  // tested first.
   if (input.position_um && oscillation_.step(report_.reference_um, *input.position_um))
     trip(Cause::loop_unstable, input.time_s);
   else if (!requested)
@@ -274,7 +278,7 @@ AxisCommand Axis::track(const AxisInput& input) {
 }
 
 AxisCommand Axis::park(const AxisInput& input) {
-  // Behind an open relay there is nothing to ramp.
+  // While the amplifier's relay is open, the stage is not driven, so a ramp is not necessary.
   const bool is_open = state_ == AxisState::initialising && start_up_.state() == StartUp::State::following;
   bool is_safe = is_open || !controller::is_in_use(state_);
   if (!is_safe) {

@@ -1,5 +1,5 @@
-// One axis: supervisor, gate, and the source of the drive (closed loop: ClosedLoop, open loop: Excitation). A
-// pure step: takes the time and the received data; returns a command.
+// One axis: its supervisor, its gate, and the source of its drive (ClosedLoop in closed loop, Excitation in
+// open loop). An axis is a pure step: it takes the time and the received data, and returns a command.
 //
 //   offline -> waiting -> initialising -> ready -> tracking      and from any state except offline to faulted
 //
@@ -42,8 +42,8 @@ class Axis {
   /// Throws std::invalid_argument if the model is invalid, or if the excitation exceeds the gate's limits.
   explicit Axis(const AxisConfig& config);
 
-  /// Leaves offline towards tracking. `clear_amplifier_fault`: tries once to clear a fault that is latched in
-  /// the amplifier.
+  /// Starts the axis: it leaves the state offline, and tracks after the start-up. `clear_amplifier_fault`:
+  /// tries once to clear a fault that is latched in the amplifier.
   void start(bool clear_amplifier_fault);
   /// Ramps to the safe drive, then switches the amplifier off and goes offline.
   void stop() { stopping_ = true; }
@@ -52,18 +52,18 @@ class Axis {
   void trip(Cause cause, double time_s);
 
   /// Live setpoint: moves smoothly to this position and stays there. Refused if the axis does not track a
-  /// reference, if the position is outside position_min_um..position_max_um, or if it is beyond the positions
-  /// at the model's thresholds. Does not allocate.
+  /// reference, if the position is outside position_min_um..position_max_um, or if the model cannot reach it.
+  /// Does not allocate.
   std::optional<Refusal> go_to(double position_um);
   /// Ends a live setpoint: the axis follows the configured reference again.
   std::optional<Refusal> resume();
 
-  /// Called between two cycles: changes everything except the model. `tuning` then contains the previous
-  /// configuration.
+  /// Replaces the configuration, except for the model. `tuning` then contains the previous configuration.
+  /// Called between two cycles.
   std::optional<Refusal> retune(AxisTuning& tuning);
 
-  /// Returns the law whose memory is to be saved after a clean stop. Null if the memory is unknown, or if
-  /// there is no law.
+  /// Returns the law whose memory is to be saved after a clean stop. Returns null if the memory of the
+  /// actuator is unknown, or in open loop.
   const ControlLaw* law_to_save() const;
   /// Called with the saved memory before the first start. Ignored unless start-up is `restore`.
   void restore(const model::HysteresisState& memory);
@@ -71,21 +71,22 @@ class Axis {
   ClosedLoop* closed_loop() { return closed_loop_ ? &*closed_loop_ : nullptr; }
   const ClosedLoop* closed_loop() const { return closed_loop_ ? &*closed_loop_ : nullptr; }
 
-  /// Returns the reference at this reference time; the last measured position if the axis does not track a
-  /// reference.
+  /// Returns the reference at this reference time. If the axis does not track a reference, returns the last
+  /// measured position.
   double expected_um(double time_s) const;
 
   /// Returns the point of the reference at this reference time; `nullopt` if the axis does not track a
   /// reference.
   std::optional<Trajectory::Point> reference_at(double time_s) const;
 
-  /// Called exactly once per cycle: decide() and finish().
+  /// Calls decide() and finish(). Called exactly once per cycle.
   AxisCommand step(const AxisInput& input);
-  /// Evaluates the reference for the next decide(), whose reference time this is. Optional.
+  /// Evaluates the reference for the next decide() in advance, so that decide() takes less time.
+  /// `reference_time_s`: reference time of this decide(). The call is optional.
   void prepare(double reference_time_s, double cycle_s);
-  /// Decides the command of this cycle. finish() should follow when the command is sent.
+  /// Decides the command of this cycle. finish() should be called after the command has been sent.
   AxisCommand decide(const AxisInput& input);
-  /// Does the work of this cycle that its command does not need: the command can be sent before it.
+  /// Does the work of this cycle that is not needed for its command, so that the command can be sent earlier.
   void finish();
 
   AxisState state() const { return state_; }
@@ -106,18 +107,18 @@ class Axis {
   ClosedLoop* loop_for_live_setpoints();
 
   AxisConfig config_;
-  std::optional<ClosedLoop> closed_loop_;  ///< in closed loop; otherwise the excitation is used
+  std::optional<ClosedLoop> closed_loop_;  ///< empty in open loop: excitation_ then decides the drive
   std::optional<Excitation> excitation_;
   StartUp start_up_;
   Fall fall_;
   Supervisor supervisor_;
   OutputCheck output_check_;
   Course course_;
-  Course::Mark at_last_sample_{};  ///< the model's positions (Course) at the last accepted sample
+  Course::Mark at_last_sample_{};  ///< positions of the model (Course) at the last accepted sample
   Oscillation oscillation_;
   AxisReport report_;
   double drive_ = 0.0;
-  std::optional<double> uncommitted_drive_;  ///< drive of the closed loop, until finish()
+  std::optional<double> uncommitted_drive_;  ///< drive that finish() must still pass to the closed loop
   double tracking_since_s_ = 0.0;
   model::Interval reach_;  ///< allowed positions of a live setpoint
   double now_s_ = 0.0;     ///< reference time of the last step

@@ -8,12 +8,14 @@
 namespace hystcan::controller {
 namespace {
 
-/// Ringing decays in three time constants of the configured damping. Since this damping may be too large, the
-/// time is limited to two seconds.
+/// The ringing of a mode decays in three time constants. If the configured damping is very small, this time
+/// would be too long, so it is limited to two seconds.
 constexpr double decays = 3.0, longest_decay_s = 2.0;
 
-/// A straight line gives only the direction and the order of magnitude of a stage's motion: the flat end of a
-/// loop can be a third as steep as its mean. In open loop the model may be an old one that is being replaced.
+/// Shares by which a stage may be less steep than its model. A straight line as a model gives only the
+/// direction and the order of magnitude of a stage's motion: the flat end of a loop can be a third as steep
+/// as its mean. In open loop, the larger share applies too, because the model may be an old one that is being
+/// replaced.
 constexpr double shortfall_of_a_line = 0.9, shortfall_of_a_measured_model = 0.3;
 
 bool is_line(const model::HysteresisParameters& model) {
@@ -26,8 +28,8 @@ bool is_line(const model::HysteresisParameters& model) {
          std::abs(model.descending.value(at_middle) - middle_um) < allowed_um;
 }
 
-/// True if PI can make the mode grow. Below this limit it cannot, even with an eighth of the mode's damping;
-/// an oscillation is then caused by the reference.
+/// True if PI can make an oscillation of the mode grow, even if the mode has only an eighth of its configured
+/// damping. If PI cannot, an oscillation is caused by the reference.
 bool can_oscillate(const PiGains& pi, const Delays& delays) {
   const double integral = pi.ki_per_s / (2.0 * std::numbers::pi * delays.resonance_Hz);
   return 8.0 * std::hypot(pi.kp, integral) > 2.0 * delays.damping_ratio;

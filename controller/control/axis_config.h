@@ -22,7 +22,7 @@
 
 namespace hystcan::controller {
 
-/// How an axis obtains the memory of its actuator's hysteresis before it tracks.
+/// The way in which an axis gets to know the memory of its actuator's hysteresis before it tracks.
 enum class MemorySource : std::uint8_t {
   wipe,     ///< drives to both thresholds, which wipes all memory out
   assume,   ///< assumes that the drive rose monotonically from the lower threshold to the reported drive
@@ -40,61 +40,64 @@ struct AxisConfig {
   std::optional<Learning::Config> learning{};  ///< empty: no learning
   bool repeat = false;
   ReferenceLimits reference_limits{};
-  /// Additional limits for transitions only; see default_transition_limits().
+  /// Additional limits that apply only to transitions; see default_transition_limits().
   ReferenceLimits transition_limits{};
   std::optional<InPosition::Config> in_position{};  ///< empty: the axis does not judge its arrival
   MemorySource start_up = MemorySource::wipe;
-  /// Drive units/s: ramps to the thresholds, and to the safe drive at a stop.
+  /// Slew in drive units/s of the ramps to the thresholds, and to the safe drive at a stop.
   double wipe_slew_per_s = 100.0;
-  double wipe_dwell_s = 0.1;      ///< rest at each threshold during a wipe
-  double fault_ramp_per_s = 0.0;  ///< drive units/s: ramp to the safe drive after a fault; 0: no ramp
+  double wipe_dwell_s = 0.1;  ///< time of rest at each threshold during a wipe
+  /// Slew of the ramp to the safe drive after a fault, drive units/s; 0: no ramp.
+  double fault_ramp_per_s = 0.0;
   std::chrono::nanoseconds enable_delay{0};  ///< minimum time from Enable until the drive moves
-  bool verify_watchdog = false;  ///< withholds commands once before the first use: the amplifier must trip
+  bool verify_watchdog = false;  ///< before the first use, withholds commands once: the amplifier must trip
   std::vector<model::Coupling> couplings{};  ///< effects of other axes on this one; feed-forward removes them
   Supervisor::Config supervision{};
   FollowingError::Config following_error{};
-  std::optional<Excitation::Config> excitation{};  ///< open loop: replaces law and setpoint
+  /// In open loop, replaces law and setpoint; empty: closed loop.
+  std::optional<Excitation::Config> excitation{};
 
   AxisCommand safe_command() const { return {.drive = gate.safe_drive}; }
 };
 
-/// Limits of transitions if the configuration contains none:
+/// Returns the limits of transitions that apply if the configuration contains none:
 ///
-///   v = S g / 2,   g = (x_hi - x_lo) / (v_hi - v_lo)         S: slew limit of the drive
-///   a = w^2 (x_hi - x_lo) / 1000,   w = 2 pi resonance       x: of the model, at its thresholds v_lo, v_hi
+///   v = S g / 2               maximum velocity; S: slew limit of the drive, g: mean gain of the model
+///   a = w^2 stroke / 1000     maximum acceleration; w: angular frequency of the mode
 ///
-/// v: if a branch is half as steep as the mean gain g, the drive of a transition needs exactly S. On steeper
-/// parts the gate limits the drive, and PI corrects the rest. a: a mode of frequency w lags behind an
-/// acceleration a by a / w^2. This is a thousandth of the stroke, less than the tracking error, so a
-/// transition does not excite the mode.
+/// The mean gain g is the stroke of the model divided by the distance of its thresholds. On a branch half as
+/// steep as g, the drive of a transition with the velocity v needs exactly the slew S. On steeper parts, the
+/// drive needs less slew; on flatter parts the gate limits the drive, and PI corrects the rest. A mode lags
+/// behind an acceleration a by a / w^2. This is a thousandth of the stroke, less than the tracking error, so
+/// a transition does not excite the mode.
 ReferenceLimits default_transition_limits(const Gate::Config& gate, const model::HysteresisParameters& model,
                                           const Delays& delays);
 
-/// Returns the amplitude above which an oscillation of the error counts as an unstable loop: half of
-/// following_error_um and a third of position_jump_um, so that the oscillation is mostly found before one of
-/// these two limits trips, and at most a twentieth of the range of plausible positions. Infinite if the law
-/// has no feedback.
+/// Returns the amplitude above which an oscillation of the error counts as an unstable loop. It is the
+/// smallest of half of following_error_um, a third of position_jump_um, and a twentieth of the range of
+/// plausible positions. So the oscillation is mostly found before one of the first two limits trips. Returns
+/// infinity if the law has no feedback, or if PI is too weak to make the mode grow.
 double oscillation_amplitude_um(const AxisConfig& config);
 
-/// Return r(t) of the axis, and the limits of its transitions.
+/// Return the reference r(t) of the axis, and the limits of its transitions.
 Trajectory reference_of(const AxisConfig& config);
 TransitionLimits transition_limits_of(const AxisConfig& config);
 
-/// Return the configuration of each part of an axis.
+/// Return the configurations of the parts of an axis: supervisor, output check and ramp check.
 Supervisor::Config supervision_of(const AxisConfig& config);
 OutputCheck output_check_of(const AxisConfig& config);
 RampCheck::Config ramp_check_of(const AxisConfig& config);
 
-/// Returns the allowed positions of a live setpoint: within the model's reach (model_reach_um) and within the
-/// plausible positions.
+/// Returns the range of positions that a live setpoint may have: those that the model reaches
+/// (model_reach_um), and that are plausible.
 model::Interval reach_of(const AxisConfig& config);
 
-/// Returns the drives that are between the model's thresholds and within the gate's range.
+/// Returns the range of drives that are both between the model's thresholds and within the gate's range.
 model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate);
 
-/// Returns the positions that the model reaches with these drives: from its lower threshold (or drive_min) on
-/// the branch from the upper threshold, to the upper threshold (or drive_max) on the ascending reference
-/// curve.
+/// Returns the range of positions that the model reaches with model_drives(). It begins at the lowest of
+/// these drives, on the branch that falls from the upper threshold. It ends at the highest of these drives,
+/// on the ascending reference curve.
 model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate);
 
 }  // namespace hystcan::controller

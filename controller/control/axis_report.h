@@ -1,5 +1,5 @@
-// The state of an axis and the values of one cycle. Axis and loop fill them in; the log and the status frames
-// contain them.
+// The report of an axis on one cycle: its state and its values. Axis and ClosedLoop fill the report in; the
+// log and the status frames show it.
 #pragma once
 
 #include <array>
@@ -32,25 +32,27 @@ constexpr bool is_in_use(AxisState state) {
 
 struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   AxisState state = AxisState::offline;
-  ArmingBlocks arming_blocks{};  ///< what the axis waits for
-  /// Set only in the cycle in which the amplifier's watchdog passes its trial: the time without commands
-  /// until it tripped.
+  ArmingBlocks arming_blocks{};  ///< conditions for which the axis waits
+  /// Time without commands until the amplifier's watchdog tripped. It is set only in the cycle of the trip,
+  /// during the trial of the watchdog at start-up.
   std::optional<double> watchdog_tripped_after_s{};
   Cause cause = Cause::none;
-  double fault_time_s = 0.0;  ///< time of the fault, since the controller's start
-  /// Reference with which the sample is compared, at the time of the sampled position; NaN in open loop.
+  double fault_time_s = 0.0;  ///< time of the fault since the controller's start
+  /// Reference with which the sample is compared: the reference at the time when the position was sampled.
+  /// NaN in open loop.
   double reference_um = 0.0;
   double position_um = 0.0;   ///< last measured position
   double previewed_um = 0.0;  ///< output of the feed-forward
   double integral_um = 0.0;   ///< integral part of PI
   double demand_um = 0.0;     ///< input of the inverse, after the notch; NaN in open loop
-  double drive = 0.0;         ///< output of the gate
+  double drive = 0.0;         ///< commanded drive, the output of the gate
   std::uint8_t limits = limit::none;
   std::uint32_t memory_depth = 0;  ///< branches in the model's memory; 0 in open loop
   Learning::Report learning;
   bool sample_missing = false;
   Trajectory::Point point;
-  Arrival arrival = Arrival::not_judged;  ///< judged only while the axis tracks
+  /// Decision whether the stage is in position; only while the axis tracks.
+  Arrival arrival = Arrival::not_judged;
 };
 
 }  // namespace hystcan::controller

@@ -7,7 +7,8 @@
 namespace hystcan::controller {
 namespace {
 
-/// Maximum number of remembered reversals; deeper ones are merged.
+/// Maximum number of branches in a memory of the model. If a memory is full, a further reversal adds no
+/// branch.
 constexpr std::size_t capacity = 64;
 
 }  // namespace
@@ -38,7 +39,8 @@ void Course::elapse(double dt_s, double cycle_s) {
   for (std::size_t i = 0; i < late.size(); ++i) mark_[2 + i] += (late[i] - mark_[2 + i]) * share;
 }
 
-/// Plans the storage of the pure delays: one position per cycle, or per 31st of the delays if that is longer.
+/// Plans the time steps at which positions are stored for the pure delays: one cycle, or a 31st of the delays
+/// if that is longer.
 void Course::plan(double cycle_s) {
   cycle_s_ = cycle_s;
   const double pure_s = delays_.pure_s();
@@ -47,7 +49,7 @@ void Course::plan(double cycle_s) {
   ago_ = static_cast<std::size_t>(std::round(pure_s / apart_s_));
 }
 
-/// Stores the present positions, and returns the positions of one pure delay ago.
+/// Stores the present positions. Returns the positions at the time before now by the pure delays.
 Course::Positions Course::delayed(const Positions& now, double dt_s) {
   auto& [past, newest, since_newest_s] = under_way_;
   for (since_newest_s += dt_s; since_newest_s >= 0.5 * apart_s_; since_newest_s -= apart_s_) {

@@ -4,8 +4,9 @@
 //   a, b    the model's positions under two memories: the drive has fallen from the upper threshold, or has
 //           risen from the lower one on the virgin curve. The actuator's memory is between them; a wipe makes
 //           them equal
-//   slow    a and b after the pure delays and after a first-order lag of the other delays and two cycles. The
-//           position in a sample is between the smallest and the largest of the four values
+//   slow    a and b, delayed by the pure delays and by a first-order lag. The time constant of the lag is the
+//           sum of the other delays and two cycles. The position in a sample is between the smallest and the
+//           largest of the four values
 #pragma once
 
 #include <array>
@@ -18,27 +19,29 @@ namespace hystcan::controller {
 
 class Course {
  public:
-  /// Positions at one moment, um: a, b, and the slow values of both, as defined at the top of this file.
+  /// Positions of the model at one moment, in um: under the two possible memories a and b, and both delayed.
+  /// See the top of this file.
   using Mark = std::array<double, 4>;
 
   /// Throws std::invalid_argument if the model is invalid.
   Course(const model::HysteresisParameters& parameters, const Delays& delays);
 
-  /// Restarts at rest at this drive, with an unknown memory.
+  /// Restarts at rest at this drive. The memory of the actuator is unknown.
   void restart(double drive);
-  /// Moves a and b to the drive that was commanded last.
+  /// Moves the model, under both possible memories, to the drive that was commanded last.
   void follow(double drive);
   /// Called once in each cycle of a driven axis, after follow().
   void elapse(double dt_s, double cycle_s);
 
   double position_um() const { return mark_.front(); }
   const Mark& mark() const { return mark_; }
+  /// Returns the smallest and the largest possible motion of the position since that moment.
   model::Interval moved_um(const Mark& since) const;
 
  private:
-  using Positions = std::array<double, 2>;                 ///< positions a and b
-  using Memories = std::array<model::HysteresisState, 2>;  ///< model memories of a and b
-  /// Positions during the pure delays, at most 32, at equal time steps.
+  using Positions = std::array<double, 2>;                 ///< positions under the two memories
+  using Memories = std::array<model::HysteresisState, 2>;  ///< the two possible memories of the model
+  /// The positions of the time that the pure delays cover, at equal time steps; at most 32.
   struct UnderWay {
     std::array<Positions, 32> past{};
     std::size_t newest = 0;
@@ -53,7 +56,7 @@ class Course {
   UnderWay under_way_;
   /// Length of a cycle; time constant of the first-order lag; time between two stored positions.
   double cycle_s_ = 0.0, lag_s_ = 0.0, apart_s_ = 0.0;
-  std::size_t ago_ = 0;  ///< number of positions within the pure delays
+  std::size_t ago_ = 0;  ///< number of stored positions that the pure delays cover
   Mark mark_{};
 };
 

@@ -11,7 +11,8 @@ namespace hystcan::controller {
 Moments Delays::moments(double cycle_s) const {
   constexpr double two_pi = 2.0 * std::numbers::pi;
   const double omega = two_pi * resonance_Hz;
-  const double means = interpolated ? 2.0 : 1.0;  // number of means over a cycle
+  // Number of averages over a cycle: a hold, and an interpolation.
+  const double means = interpolated ? 2.0 : 1.0;
   return {.mean_s = std::chrono::duration<double>(command_delay).count() + means * cycle_s / 2.0 + lag_s() +
                     2.0 * damping_ratio / omega,
           .variance_s2 = means * cycle_s * cycle_s / 12.0 + lag_s() * lag_s() +
@@ -25,7 +26,7 @@ double Delays::sensor_s() const {
 
 namespace {
 
-/// tan(w T / 2)
+/// Returns tan(w T / 2), the prewarping of the notch. w is its angular frequency, T the cycle.
 double warped(const Notch::Config& config, double cycle_s) {
   return std::tan(std::numbers::pi * config.frequency_Hz * cycle_s);
 }
@@ -59,7 +60,8 @@ Notch::Coefficients Notch::design(const Config& config, double cycle_s) {
           .a2 = (1.0 - denominator + t * t) * scale};
 }
 
-// Computes the difference from the last output, so that a filter at rest stays exactly at rest:
+// Computes the output relative to the last output, so that a filter at rest stays exactly at rest. This uses
+// the property of the coefficients that the gain at rest is 1:
 //   b0 + b1 + b2 = 1 + a1 + a2
 double Notch::step(const Coefficients& c, State& state, double input) {
   const double rest = state.output_1;

@@ -1,5 +1,5 @@
-// The links between a demand and the resulting position: delays, which the feed-forward compensates, and the
-// filters of the control law.
+// The links of the chain from a demand to the resulting position, with their delays, which the feed-forward
+// compensates. Also the two filters of the control law.
 #pragma once
 
 #include <chrono>
@@ -9,67 +9,73 @@
 
 namespace hystcan::controller {
 
-// The delays between a demand and the resulting position, as moments; the feed-forward compensates them.
+// The delays from a demand to the resulting position, as two moments; the feed-forward compensates them.
 //
-// Each link of the chain (command delay, held drive, amplifier, mode, notch) has gain 1 at rest. Moments of
-// links in series add up. About s = 0
+// The chain consists of links: command delay, held drive, amplifier, mode, notch. Each link has gain 1 at
+// rest. G(s) is the response of the chain, s the Laplace variable. Near s = 0
 //
 //   ln G(s) = -mu s + (var / 2) s^2 + O(s^3)
+//
+// mu is the mean delay. var is the variance of the impulse response, which is negative if the mode rings. The
+// moments of links in series add up:
 //
 //   link                          mu                  var
 //   pure delay d                  d                   0
 //   drive held for a cycle T      T / 2               T^2 / 12
 //   drive interpolated over T     T                   T^2 / 6       held, then the mean over a cycle
-//   1 / (1 + tau s)               tau                 tau^2
+//   lag 1 / (1 + tau s)           tau                 tau^2         tau: time constant
 //   second-order mode             2 zeta / omega      (4 zeta^2 - 2) / omega^2
 //
-// mu is the mean delay; var is the variance of the impulse response, negative if the mode rings.
-// The inverse to second order (derived in docs/theory/control_law.md) is
+// omega and zeta are the angular frequency and the damping ratio of the mode. The inverse of the chain to
+// second order (derived in docs/theory/control_law.md) is
 //
 //   1 / G(s) = e^{mu s} (1 - (var / 2) s^2) + O(s^3)
 
 struct Moments {
-  double mean_s = 0.0;       ///< mu
-  double variance_s2 = 0.0;  ///< var
+  double mean_s = 0.0;       ///< mean delay
+  double variance_s2 = 0.0;  ///< variance of the impulse response; negative if the mode rings
 };
 constexpr Moments operator+(const Moments& a, const Moments& b) {
   return {a.mean_s + b.mean_s, a.variance_s2 + b.variance_s2};
 }
 
 struct Delays {
-  std::chrono::nanoseconds command_delay{0};  ///< from a sample's SYNC until the command takes effect
-  double amplifier_bandwidth_Hz = 1e3;        ///< first-order lag of the amplifier
-  double resonance_Hz = 100.0;                ///< omega = 2 pi resonance
-  double damping_ratio = 0.1;                 ///< zeta
-  bool interpolated = false;                  ///< the amplifier moves straight to a setpoint within a cycle
-  std::chrono::nanoseconds sensor_delay{0};   ///< from the position to its sample
-  double sensor_bandwidth_Hz = 0.0;           ///< first-order lag of the sensor; 0: none
-  bool second_order = false;                  ///< compensates mean and variance; else the mean alone
-  bool plant_inverse = false;                 ///< compensates the whole chain (PlantInverse)
+  std::chrono::nanoseconds command_delay{0};  ///< time from a sample's SYNC until the command takes effect
+  double amplifier_bandwidth_Hz = 1e3;        ///< corner frequency of the amplifier's first-order lag
+  double resonance_Hz = 100.0;                ///< frequency of the stage's mode
+  double damping_ratio = 0.1;                 ///< damping ratio of the mode
+  bool interpolated = false;  ///< the amplifier moves in a straight line to a setpoint within a cycle
+  std::chrono::nanoseconds sensor_delay{0};  ///< time from a position to its sample
+  double sensor_bandwidth_Hz = 0.0;          ///< corner frequency of the sensor's first-order lag; 0: no lag
+  bool second_order = false;   ///< feed-forward compensates mean and variance; false: only the mean
+  bool plant_inverse = false;  ///< feed-forward compensates the whole chain (PlantInverse)
 
-  /// Time constant of the amplifier.
+  /// Returns the time constant of the amplifier.
   double lag_s() const { return 1.0 / (2.0 * std::numbers::pi * amplifier_bandwidth_Hz); }
   Moments moments(double cycle_s) const;
   double preview_s(double cycle_s) const { return moments(cycle_s).mean_s; }
-  /// Returns the pure delays from a command to a sample.
+  /// Returns the sum of the pure delays from a command to a sample.
   double pure_s() const { return std::chrono::duration<double>(command_delay + sensor_delay).count(); }
-  /// Returns the mean delay of the sensor: the sample shows the position of this time ago.
+  /// Returns the mean delay of the sensor. A sample shows the position of this time ago.
   double sensor_s() const;
-  /// Returns the mean delay from the SYNC that a command answers to the sample that shows its effect.
+  /// Returns the mean delay from the SYNC whose sample a command answers to the sample that shows the effect
+  /// of the command.
   double to_sample_s(double cycle_s) const { return preview_s(cycle_s) + sensor_s(); }
 };
 
-/// True if held setpoints ring a mode whose period is this many cycles of the loop, near 1, 2, ...: the
-/// samples hardly show this ringing.
+/// True if the period of the mode is close to a whole number of cycles; `cycles` is this period in cycles.
+/// Setpoints that are held for a cycle then make the mode ring between the samples, and the samples hardly
+/// show it.
 inline bool rings_between_samples(double cycles) {
   constexpr double near = 0.15;
   return cycles > 1.0 - near && std::abs(cycles - std::round(cycles)) < near;
 }
 
-/// Returns the feed-forward with which a chain of these moments outputs r(t), to second order. It needs no
-/// derivative, because `reference(seconds from now)` is known in advance. With a cycle h it is
+/// Returns the feed-forward with which a chain of these moments outputs the reference r(t), to second order.
+/// `reference(x)` returns the reference x seconds from now. It is known in advance, so no derivative is
+/// needed. With the mean delay mu, the variance var and a cycle h, the result is
 ///   r(t + mu) - (var / 2) [r(t + mu + h) - 2 r(t + mu) + r(t + mu - h)] / h^2
-/// Error: O(s^3) of the chain, and (var / 24) h^2 r'''' of the difference.
+/// It neglects terms O(s^3) of the chain; the difference adds an error of (var / 24) h^2 r''''.
 template <class Reference>
 double second_order_preview(const Moments& moments, double h_s, const Reference& reference) {
   const double here = reference(moments.mean_s);
@@ -79,30 +85,33 @@ double second_order_preview(const Moments& moments, double h_s, const Reference&
 
 // The two filters of the control law, both with gain 1 at rest.
 //
-//   Notch     N(s) = (s^2 + 2 depth width w s + w^2) / (s^2 + 2 width w s + w^2),   w = 2 pi frequency
+//   Notch     N(s) = (s^2 + 2 depth width w s + w^2) / (s^2 + 2 width w s + w^2),   w = 2 pi frequency_Hz
 //
-// `depth` is the gain at the frequency (0: blocks it), `width` the damping ratio of the denominator.
-// The discrete filter is the bilinear transform with prewarping:
+// s is the Laplace variable. `depth` is the gain at the notch frequency (0 blocks it). `width` is the damping
+// ratio of the denominator. With a cycle T, the discrete filter is the bilinear transform with prewarping:
 //
 //   z = e^{sT},    s -> w (1 - z^-1) / [tan(w T / 2) (1 + z^-1)]
 //
-// At the notch frequency it has exactly N's value. At any other frequency f it has N's value at
+// At the notch frequency, the discrete filter has exactly the response N. At any other frequency f, it has
+// the response that N has at the frequency
 //
 //   (w / 2 pi) tan(pi f T) / tan(w T / 2)
 //
-// Its memory is the last two inputs and outputs. They do not depend on the coefficients, so the coefficients
-// can change between two steps without a bump.
+// The state of a notch is its last two inputs and outputs. They do not depend on the coefficients, so the
+// coefficients can change between two steps without a jump of the output.
 //
-//   LowPass   y += (1 - e^{-2 pi f dt}) (x - y),   exact for an input held over dt
+//   LowPass   y += (1 - e^{-2 pi f dt}) (x - y),   exact for an input x that is constant over the time dt
+//
+// y is the output of the low pass, and f its corner frequency.
 
 struct Notch {
   struct Config {
-    double frequency_Hz = 100.0;  ///< > 0, < half the rate
-    double depth = 0.1;           ///< 0..1, the gain left at the frequency
-    double width = 0.5;           ///< > 0, half the width relative to the frequency
+    double frequency_Hz = 100.0;  ///< centre of the notch, > 0, < half the rate
+    double depth = 0.1;           ///< 0..1, gain at the centre
+    double width = 0.5;           ///< > 0, half the width, relative to the centre frequency
 
-    /// Returns the moments of the discrete filter, including its warping, with  theta = (T / 2) / tan(w T /
-    /// 2):
+    /// Returns the mean delay mu and the variance var of the discrete filter, including its warping. With the
+    /// cycle T, w = 2 pi frequency_Hz and theta = (T / 2) / tan(w T / 2):
     ///   mu  = 2 width (1 - depth) theta
     ///   var = 4 width^2 (1 - depth^2) theta^2
     Moments moments(double cycle_s) const;
@@ -111,16 +120,19 @@ struct Notch {
     double b0 = 1.0, b1 = 0.0, b2 = 0.0, a1 = 0.0, a2 = 0.0;
   };
   struct State {
-    double input_1 = 0.0, input_2 = 0.0;    ///< one and two steps ago
-    double output_1 = 0.0, output_2 = 0.0;  ///< one and two steps ago
+    double input_1 = 0.0, input_2 = 0.0;    ///< inputs one and two steps ago
+    double output_1 = 0.0, output_2 = 0.0;  ///< outputs one and two steps ago
   };
 
-  /// Throws std::invalid_argument if a value is out of its range for this cycle.
+  /// Returns the coefficients for this cycle time. Throws std::invalid_argument if a value of `config` is out
+  /// of range.
   static Coefficients design(const Config& config, double cycle_s);
+  /// Filters one input; returns the output.
   static double step(const Coefficients& coefficients, State& state, double input);
-  /// Passes the input unchanged and updates the memory, so that a notch can be inserted later.
+  /// Returns the input unchanged, but updates the state, so that a notch can be inserted later without a
+  /// jump.
   static double pass(State& state, double input);
-  /// Changes the memory as if every past input had been higher by `by`.
+  /// Changes the state as if every past input had been higher by `by`.
   static void shift(State& state, double by);
   static State at_rest(double input) { return {input, input, input, input}; }
 };
@@ -131,7 +143,8 @@ Moments chain_moments(const Delays& delays, const std::optional<Notch::Config>& 
 /// Computes one step of a low pass with this corner frequency, from `before` towards `input`.
 double low_pass(double corner_Hz, double before, double input, double dt_s);
 
-/// Continuous deadband d: returns e - d above d, 0 within +-d, e + d below -d.
+/// Returns the error after a continuous deadband d: e - d if the error e is above d, 0 within +-d, e + d
+/// below -d.
 double outside_deadband(double error, double deadband);
 
 }  // namespace hystcan::controller

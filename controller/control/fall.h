@@ -1,10 +1,10 @@
-// The fault of an axis, and the reaction to it:
+// The fault of an axis, and the reaction to it. The states are:
 //
-//   none ─▶ safe                    the command is the safe one from the step of the fault on
-//   none ─▶ ramping ─▶ safe         the drive first ramps to the safe one, if this is configured and the
-//                                   cause leaves the drive controllable. The ramp ends immediately if a later
-//                                   cause does not, or if bus or amplifier may no longer obey
-//   safe ─▶ none                    by a clear, which is refused during the ramp
+//   none ─▶ safe              from the step of the fault on, the command is the safe command
+//   none ─▶ ramping ─▶ safe   the drive first ramps to its safe value, if the configuration requests this and
+//                             the amplifier still follows commands after this cause. The ramp ends at once if
+//                             a later cause excludes a ramp, or if bus or amplifier may not obey any more
+//   safe ─▶ none              the user clears the fault; this is refused during the ramp
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,11 @@ class Fall {
  public:
   enum class State : std::uint8_t { none, ramping, safe };
 
-  /// Keeps the first fault. `is_driven`: true if the axis was driven until now.
+  /// Called when a fault occurs. Keeps the first fault. `is_driven`: true if the axis was driven until now.
+  /// `ramp_per_s`: slew of a ramp, 0 for no ramp.
   void trip(const Fault& fault, bool is_driven, double ramp_per_s);
-  /// Called once in each cycle of a faulted axis. `drive`: the last commanded drive, replaced by the new one.
+  /// Called once in each cycle of a faulted axis. Returns the command. Replaces `drive`, the last commanded
+  /// drive, by the new drive.
   AxisCommand step(const AxisConfig& config, const AxisInput& input, OutputCheck& output_check,
                    double& drive);
   State state() const { return state_; }
@@ -29,7 +31,7 @@ class Fall {
  private:
   State state_ = State::none;
   Fault fault_;
-  double ramp_per_s_ = 0.0;  ///< fault_ramp_per_s at the start of the ramp
+  double ramp_per_s_ = 0.0;  ///< slew of the ramp, drive units/s; fixed when the ramp starts
 };
 
 }  // namespace hystcan::controller

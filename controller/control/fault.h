@@ -1,6 +1,6 @@
-// The causes of a fault: why an axis is no longer driven. Log, status frame, telemetry and exit reason use
-// the same names. A table in docs/safety.md lists for each cause the detection time, the reaction, and the
-// test that injects the cause.
+// The causes of a fault: the reasons for which the controller stops driving an axis. Log, status frame,
+// telemetry and exit reason use the same names. A table in docs/safety.md lists for each cause the detection
+// time, the reaction, and the test that injects the cause.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,8 @@
 
 namespace hystcan::controller {
 
-/// These numbers are also on the wire (ControllerStatus): append new causes at the end.
+/// The status frame ControllerStatus contains the number of the cause. Therefore append new causes at the
+/// end.
 enum class Cause : std::uint8_t {
   none,
   interface_down,
@@ -47,9 +48,10 @@ enum class Cause : std::uint8_t {
 inline constexpr std::size_t cause_count = 32;
 
 std::string_view to_string(Cause cause);
-/// Returns one sentence about what the engineer can do.
+/// Returns a sentence that tells the user how to remove this cause.
 std::string_view remedy(Cause cause);
-/// True if amplifier, bus and computer still obey, so that the drive may ramp to its safe value.
+/// True if amplifier, bus and computer still work after this cause, so that the drive may ramp to its safe
+/// value.
 bool leaves_the_drive_in_hand(Cause cause);
 
 struct Fault {

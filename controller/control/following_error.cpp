@@ -9,7 +9,7 @@ bool FollowingError::step(double reference_um, double position_um, double dt_s) 
   const double slope_um_per_s = dt_s > 0.0 ? moved_um / dt_s : 0.0;
   last_reference_um_ = reference_um;
   const double lag_s = std::chrono::duration<double>(config_.lag).count();
-  // With NaN the comparison is false: the stage does not follow.
+  // If a value is NaN, the comparison is false: the stage does not follow.
   const bool follows = std::abs(reference_um - position_um) <= config_.error_um + lag_s * slope_um_per_s;
   exceeded_in_a_row_ = follows ? 0 : exceeded_in_a_row_ + 1;
   return exceeded_in_a_row_ < config_.cycles;
@@ -19,7 +19,7 @@ namespace {
 
 double seconds(std::chrono::nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
 
-/// A sum of cycle times differs from a whole number of cycles by rounding.
+/// Tolerance in s: the sum of the times of all cycles differs from the exact time by rounding.
 constexpr double rounding_s = 1e-9;
 
 }  // namespace

@@ -3,7 +3,8 @@
 //
 //   |r - y| > error_um + lag |r'|
 //
-// r' is the slope of the reference since the last cycle: a moving stage is behind by its lag.
+// r is the reference and y the measured position. r' is the slope of the reference since the last cycle:
+// while the reference moves, the stage is behind by its lag.
 #pragma once
 
 #include <array>
@@ -41,9 +42,9 @@ class FollowingError {
 //
 //   in_position   |error| <= tolerance for the whole `window`; ends as soon as the error is greater
 //   failed        the stage is not in position `timeout` after the reference came to rest, or after the
-//                 stage left its position. A late arrival still counts: `failed` changes to `in_position`
+//                 stage left its position. If the stage arrives later, `failed` changes to `in_position`
 //                 after the same window
-//   moving        neither of the two yet
+//   moving        the stage is not in position yet, and `timeout` has not passed
 //
 // If a resting reference differs from the reference of the last cycle, it has jumped, and the decision starts
 // again. In a cycle without a sample, the window stops and the timeout continues. A program that waits for
@@ -64,11 +65,12 @@ struct InPosition {
   struct State {
     Arrival arrival = Arrival::moving;
     double reference_um = 0.0;
-    double within_s = -1.0;  ///< time inside the tolerance; < 0: outside
+    double within_s = -1.0;  ///< time for which the error has been within the tolerance; < 0: it is outside
     /// Time since the reference came to rest, or since the stage left its position; < 0: the reference moves.
     double trying_s = -1.0;
   };
-  /// `position_um`: `nullopt` if there is no sample. `dt_s`: time since the last cycle.
+  /// Called once in each cycle; returns the present decision. `position_um`: measured position, `nullopt` if
+  /// there is no sample. `dt_s`: time since the last cycle.
   static Arrival step(const Config& config, State& state, const Trajectory::Point& reference,
                       const std::optional<double>& position_um, double dt_s);
 };

@@ -32,7 +32,7 @@ Gate::Passed Gate::step(const Config& config, double last, double requested, dou
   const double reach = config.slew_per_s * std::max(dt_s, 0.0);
   const double reachable = std::clamp(in_range, passed.drive - reach, passed.drive + reach);
   if (reachable != in_range) passed.limits |= limit::slew;
-  // Does not trust the calculation of this result: with NaN the comparison is false.
+  // The last check also rejects a NaN from the calculation above: with NaN, the comparison is false.
   if (!(reachable >= config.drive_min && reachable <= config.drive_max))
     return {.drive = config.safe_drive, .limits = limit::not_finite};
   passed.drive = reachable;

@@ -1,5 +1,5 @@
-// The last gate before the wire. It does not trust any other part: the drive that leaves the gate is always
-// finite and in range, and its distance from the last drive never exceeds the slew limit.
+// The last check before a drive is sent. It does not trust any other part: the drive that leaves the gate is
+// always finite and in range, and its distance from the last drive never exceeds the slew limit.
 #pragma once
 
 #include <cstdint>
@@ -7,14 +7,15 @@
 
 namespace hystcan::controller {
 
-/// Why a drive was limited: bits, reported together with the drive.
+/// The reasons for which a drive was limited. They are bits, reported together with the drive.
 namespace limit {
 inline constexpr std::uint8_t none = 0;
-inline constexpr std::uint8_t range = 0x01;           ///< limited to drive_min or drive_max
-inline constexpr std::uint8_t slew = 0x02;            ///< limited to slew * dt from the last drive
-inline constexpr std::uint8_t not_finite = 0x04;      ///< NaN or infinite: the last drive is held
-inline constexpr std::uint8_t model = 0x08;           ///< the demanded position is outside the model's range
-inline constexpr std::uint8_t not_invertible = 0x10;  ///< the model's branch does not increase there
+inline constexpr std::uint8_t range = 0x01;       ///< limited to drive_min or drive_max
+inline constexpr std::uint8_t slew = 0x02;        ///< limited to slew * dt from the last drive
+inline constexpr std::uint8_t not_finite = 0x04;  ///< NaN or infinite: the last drive is held
+inline constexpr std::uint8_t model = 0x08;       ///< the demanded position is outside the model's range
+/// The model's branch does not increase at this position.
+inline constexpr std::uint8_t not_invertible = 0x10;
 }  // namespace limit
 
 std::string limits_to_string(std::uint8_t limits);
@@ -30,10 +31,12 @@ struct Gate {
     double drive = 0.0;
     std::uint8_t limits = limit::none;
   };
-  /// `last`: the drive that left the gate `dt_s` ago. If it is not finite, the gate outputs the safe drive.
+  /// Limits the requested drive. `last`: the drive that left the gate `dt_s` ago. If `last` is not finite,
+  /// the gate outputs the safe drive.
   static Passed step(const Config& config, double last, double requested, double dt_s);
-  /// Moves the drive towards `target` by at most `reach`. Returns true if the drive has reached the target,
-  /// or the end of the drive's range if the target is outside.
+  /// Moves `drive` towards `target` by at most `reach`, within the limits of the gate. Returns true if the
+  /// drive has reached the target. If the target is out of range, returns true if the drive has reached the
+  /// nearest end of the range.
   static bool approach(const Config& config, double& drive, double target, double reach, double dt_s);
 };
 

@@ -8,13 +8,14 @@
 namespace hystcan::controller {
 namespace {
 
-/// A demand counts as met if the excess is below this: far below any sensor's resolution, far above rounding.
+/// If the limits of the drive removed less than this from the demanded position, the demand counts as met.
+/// The value is far below the resolution of any sensor and far above rounding.
 constexpr double met_within_um = 1e-6;
 
-/// A remaining offset below this counts as zero: less than the resolution of a position on the wire.
+/// A remaining integral below this counts as zero: it is less than the resolution of a position on the wire.
 constexpr double faded_um = 1e-7;
 
-/// Capacity of the unused memory of a curve without hysteresis.
+/// Capacity of the memory of a model without hysteresis, which never uses its memory.
 constexpr std::size_t least_capacity = 4;
 
 }  // namespace
@@ -82,8 +83,9 @@ void ControlLaw::retune(const Config& config) {
     integral_um_ += proportional_before_um - proportional_um();
 }
 
-// Makes the next demand equal to the new operator's output at the last applied drive. Shifts the notch by the
-// same amount, so that it keeps its transient.
+// Changes to another structure without a jump of the drive. The next demanded position becomes the output of
+// the new model at the last applied drive. The state of the notch is shifted by the same amount, so that the
+// notch keeps its transient.
 void ControlLaw::enter_structure() {
   const double moved_um = predicted_um() - demand_um_;
   Notch::shift(notch_state_, moved_um);
@@ -107,9 +109,8 @@ ControlLaw::Demand ControlLaw::propose(const Input& input) {
   return demand;
 }
 
-// One low pass for the difference equals separate low passes for reference and measurement. Omitted cycles
-// and cycles without a sample are not integrated: the error after a pause belongs to the pause, which is
-// over.
+// A low pass of the error equals separate low passes of reference and measurement. Omitted cycles and cycles
+// without a sample do not add to the integral: the error after a pause belongs to the pause, which is over.
 void ControlLaw::update_error(const Input& input) {
   const double elapsed_s = input.cycle_s > 0.0 ? std::min(input.dt_s, input.cycle_s) : input.dt_s;
   integrated_s_ = input.position_um ? elapsed_s : 0.0;

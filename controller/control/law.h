@@ -1,31 +1,17 @@
-// The control law, a pure step: no clock, no socket, no log.
+// The control law: one step computes the drive of one cycle. It is a pure step, without clock, socket and
+// log.
 //
-//   u = H^-1( N[ F + kp e + I ] ),   F = r(t + tau), or to second order (Delays)
-//   e = r(t) - y(t),   I += ki e dt
+//   u = H^-1( N[ F + kp e + I ] ),     e = r - y,     I += ki e dt
 //
-// PI acts in displacement units, inside the inverse H^-1: the loop gain is the gain of a linear plant, and
-// the inverse's memory follows exactly the drive applied to the actuator. The error is always reference minus
-// measured.
+//   u        requested drive
+//   r, y     reference and measured position, both at the time of the sample; the error e is always r - y
+//   F        feed-forward: r(t + tau), the reference ahead by the mean delay tau, or to second order (Delays)
+//   kp, ki   gains of PI; I is the integral part, dt the time since the last step
+//   N        notch
+//   H        hysteresis: from a drive to a position; H^-1 is its inverse
 //
-// If the model has creep (model/output_creep.h), H is the hysteresis H_0 with the creep behind it:
-//
-//   H(u)    = (1 - n w) H_0(u) + w sum_i y_i,   y_i' = (h - y_i) / tau_i
-//   H^-1(x) = H_0^-1( (x - w sum_i y_i) / (1 - n w) )
-//
-// h is the output of the recursive memory-based model at the applied drive, under every structure.
-//
-// Options: a low pass and a deadband for e, and a notch N. The low pass acts equally on reference and
-// measurement, so it causes no error.
-//
-// Anti-windup by back-calculation: the excess, in um, is exactly the amount that all limiters (range, slew,
-// the model's thresholds) removed:
-//
-//   saturation_excess = N[F + kp e + I] - H(applied drive)
-//   I -= alpha saturation_excess,   alpha = 1 - e^{-ki dt / kp},  1 if kp = 0
-//
-// A saturated loop rests at I = limit - F for any kp, within one cycle's ki e dt. If F alone exceeds the
-// realised position, PI has not caused the limit: I is then not reduced, and it stops integrating further
-// into the limit.
+// PI acts in um, inside the inverse H^-1. Therefore the loop gain is the gain of a linear plant, and the
+// memory of the inverse follows exactly the drive that is applied to the actuator.
 //
 //   structure     H                                feed-forward   PI
 //   average       mean of the reference curves     yes            no
@@ -33,6 +19,28 @@
 //   pi            straight line                    no             yes
 //   average+pi    mean of the reference curves     yes            yes
 //   inverse+pi    recursive memory-based model     yes            yes
+//
+// If the model has creep (model/output_creep.h), H is the hysteresis H_0 followed by n creep terms with the
+// weight w:
+//
+//   H(u)    = (1 - n w) H_0(u) + w sum_i y_i,   y_i' = (h - y_i) / tau_i
+//   H^-1(x) = H_0^-1( (x - w sum_i y_i) / (1 - n w) )
+//
+// y_i and tau_i are the state and the time constant of creep term i. Under every structure, h is the output
+// of the recursive memory-based model at the applied drive.
+//
+// Options: a low pass and a deadband for e, and a notch N. The low pass acts equally on reference and
+// measurement, so it causes no error.
+//
+// Anti-windup by back-calculation: if range, slew or the thresholds of the model limit the drive, the
+// integral is corrected by the excess. The excess, in um, is exactly the amount that all limits removed:
+//
+//   saturation_excess = N[F + kp e + I] - H(applied drive)
+//   I -= alpha saturation_excess,   alpha = 1 - e^{-ki dt / kp},  1 if kp = 0
+//
+// While the drive is at a limit, I stays at the position of the limit minus F, for any kp, within ki e dt of
+// one cycle. If F alone is beyond the position that is reached, PI has not caused the limit. I is then not
+// reduced; it only stops integrating further into the limit.
 #pragma once
 
 #include <array>
@@ -60,10 +68,10 @@ constexpr bool feeds_back(Structure structure) {
   return structure != Structure::average && structure != Structure::inverse;
 }
 
-/// Proportional and integral action:  PI(e) = kp e + ki integral(e) dt,  e and the result in um.
+/// The gains of PI: PI(e) = kp e + ki integral(e) dt. The error e and the result are in um.
 struct PiGains {
-  double kp = 0.0;        ///< um per um
-  double ki_per_s = 0.0;  ///< 1/s
+  double kp = 0.0;        ///< proportional gain, um per um
+  double ki_per_s = 0.0;  ///< integral gain, 1/s
 };
 
 class ControlLaw {
@@ -72,23 +80,24 @@ class ControlLaw {
   struct Config {
     Structure structure = Structure::inverse_pi;
     model::HysteresisParameters model;
-    std::optional<model::OutputCreep::Config> creep{};  ///< creep of the model
+    std::optional<model::OutputCreep::Config> creep{};  ///< empty: the model has no creep
     PiGains pi;
-    /// Smaller errors count as 0, larger ones are reduced by the deadband.
+    /// Errors smaller than the deadband count as 0; larger errors are reduced by the deadband.
     double deadband_um = 0.0;
-    double measurement_filter_Hz = 0.0;  ///< corner of the low pass; 0: no low pass
+    double measurement_filter_Hz = 0.0;  ///< corner of the low pass for the error; 0: no low pass
     std::optional<Notch::Config> notch{};
   };
   struct Input {
-    double reference_um = 0.0;          ///< r(t)
-    double previewed_um = 0.0;          ///< F, the output of the feed-forward
-    std::optional<double> position_um;  ///< y(t); `nullopt`: the sample is lost, and the last error is used
-    double dt_s = 0.0;                  ///< measured time since the last step
-    double cycle_s = 0.0;               ///< nominal cycle; the notch is designed for it
+    double reference_um = 0.0;  ///< reference with which PI compares the sample
+    double previewed_um = 0.0;  ///< output of the feed-forward
+    /// Measured position; `nullopt`: the sample is lost, and the law uses the last error.
+    std::optional<double> position_um;
+    double dt_s = 0.0;     ///< measured time since the last step
+    double cycle_s = 0.0;  ///< nominal cycle; the notch is designed for it
   };
   struct Demand {
-    double drive = 0.0;        ///< requested, before the gate
-    double position_um = 0.0;  ///< input of the inverse
+    double drive = 0.0;        ///< requested drive, before the gate limits it
+    double position_um = 0.0;  ///< demanded position, the input of the inverse model
     std::uint8_t limits = limit::none;
   };
 
@@ -97,34 +106,37 @@ class ControlLaw {
 
   /// Moves the memory to a drive that was applied without this law, for example on a ramp.
   void follow(double applied_drive) { full_.advance(memory_, applied_drive); }
-  /// Called after the actuator has rested for a long time at the last applied drive: its creep is complete.
+  /// Completes the creep of the model. Called after the actuator has rested for a long time at the last
+  /// applied drive.
   void settle() { creep_.settle(creep_state_, memory_.output); }
   /// Lets the model creep for dt_s at the last applied drive. Called once in each cycle, before propose().
   void elapse(double dt_s) { creep_.advance(creep_state_, memory_.output, dt_s); }
-  /// Starts without a bump from the last applied drive: the integral is set to the offset between sensor and
-  /// model. Returns the reference to start from: the measured position with feedback, else the model's
-  /// position.
+  /// Starts the law without a jump of the drive, from the last applied drive: the integral is set to the
+  /// offset between sensor and model. Returns the position where the reference must start: the measured
+  /// position if the structure has PI, otherwise the position of the model.
   double restart(double position_um);
-  /// Sets a known memory, and settles. Allocates only if the memory's capacity is above the default.
+  /// Sets the memory of the model to a known state, with complete creep. Allocates only if the capacity of
+  /// `memory` is above the default.
   void remember(const model::HysteresisState& memory) {
     memory_ = memory;
     settle();
   }
 
-  /// Called between two cycles; does not allocate. Applies everything of `config` except the model and its
-  /// creep, which need a restart. The drive does not jump. If the new structure has no PI, the remaining
-  /// offset decays over fade_s.
+  /// Applies everything of `config` except the model and its creep, which need a restart. The drive does not
+  /// jump. If the new structure has no PI, the remaining integral decays with the time constant fade_s.
+  /// Called between two cycles; does not allocate.
   void retune(const Config& config);
   static constexpr double fade_s = 0.1;
 
   Demand propose(const Input& input);
-  /// Takes the drive that left the gate: moves the memory to it and prevents windup of the integral.
+  /// Takes the drive that left the gate: moves the memory of the model to this drive and prevents windup of
+  /// the integral.
   void commit(double applied_drive);
 
-  /// Returns the model's present position at the applied drive.
+  /// Returns the present position of the model that the structure inverts, at the applied drive.
   double predicted_um() const;
   const model::Hysteresis& inverted() const;
-  /// The recursive model; its memory follows the drive with every structure.
+  /// Returns the recursive memory-based model. Its memory follows the drive with every structure.
   const model::Hysteresis& model() const { return full_; }
   const model::HysteresisState& memory() const { return memory_; }
   double integral_um() const { return integral_um_; }
@@ -145,15 +157,15 @@ class ControlLaw {
   Config config_;
   model::Hysteresis full_, average_, line_;
   model::HysteresisState memory_;                    ///< memory of the full model, with every structure
-  model::HysteresisState average_rest_, line_rest_;  ///< states of the models without memory: constant
+  model::HysteresisState average_rest_, line_rest_;  ///< constant states of the two models without memory
   model::OutputCreep creep_;
   model::OutputCreep::State creep_state_;
   Notch::Coefficients notch_;
   double notch_for_s_ = 0.0;  ///< the cycle time for which notch_ was designed; 0: not designed yet
   Notch::State notch_state_;
-  double integral_um_ = 0.0;         ///< ki integral(e) dt; without PI: a remaining offset that decays
-  double filtered_um_ = 0.0;         ///< r - y after the low pass
-  double error_um_ = 0.0;            ///< after the deadband: the input of PI
+  double integral_um_ = 0.0;         ///< integral part of PI; without PI: a remaining offset that decays
+  double filtered_um_ = 0.0;         ///< error (reference - measured) after the low pass
+  double error_um_ = 0.0;            ///< error after the deadband, the input of PI
   double integrated_s_ = 0.0;        ///< time over which the last step integrated; 0: the sample was lost
   double integral_before_um_ = 0.0;  ///< the integral before the last step
   double previewed_um_ = 0.0;

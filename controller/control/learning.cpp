@@ -10,24 +10,26 @@
 namespace hystcan::controller {
 namespace {
 
-/// The correction fades in and out within this time at the ends of a segment.
+/// Time in s at both ends of a segment in which the correction fades in or out.
 constexpr double ends_s = 0.01;
 
-/// Time constant of a correction that ends.
+/// Time constant in s with which a correction fades out when it ends.
 constexpr double fade_s = 0.02;
 
-/// The error may exceed the error without learning by this factor for this number of consecutive periods.
+/// An attempt to learn has failed if the error exceeds the error without learning by this factor in this
+/// number of consecutive periods.
 constexpr double grown_factor = 1.3;
 constexpr unsigned grown_periods = 3;
-/// Duration of a rest, in periods. Its last period measures the error without learning again.
+/// Duration in periods of a rest, in which a segment is not corrected. The last period of a rest measures the
+/// error without learning again.
 constexpr unsigned rest_periods = 3;
 constexpr unsigned most_attempts = 3;
-/// An error of more than this multiple of the largest error without learning is a glitch. In the judgement it
-/// is limited to this multiple, so that many glitches are not overlooked.
+/// An error that exceeds the largest error without learning by this factor is a glitch, which is not learnt.
+/// The judgement limits a glitch to this value, so that many glitches still count as a grown error.
 constexpr double glitch_factor = 4.0;
 
-/// Returns the factor by which the correction is multiplied: it falls smoothly to 0 at both ends of the
-/// segment, where the correction of a neighbour is 0.
+/// Returns the factor that multiplies the correction. It falls smoothly to 0 at both ends of the segment,
+/// because the correction of a neighbouring segment is 0 there.
 double share_of(const Learning::Plan& plan, double shape_time_s) {
   return smooth_step(shape_time_s / ends_s) * smooth_step((plan.duration_s - shape_time_s) / ends_s);
 }
@@ -132,7 +134,7 @@ void Learning::take(std::size_t index, const Phase& phase, double error_um) {
   const Eigen::Map<const Eigen::VectorXf> errors(segment.errors_um.data() + segment.newest + 1, taps);
   const double rate = std::ldexp(config_.rate, -static_cast<int>(segment.judgement.failed));
   const double learnt_um = rate * static_cast<double>(h.dot(errors));
-  const std::size_t late = window / 2;  // K
+  const std::size_t late = window / 2;  // K, half the length of the filter
   const std::size_t learnt = phase.index >= late ? phase.index - late : phase.index + plan.phases - late;
   correct(segment, learnt, 1.0 - phase.share, learnt_um);
   correct(segment, segment.after(learnt), phase.share, learnt_um);

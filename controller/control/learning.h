@@ -1,28 +1,31 @@
-// Learning for references that repeat: a correction c of the reference, one value for each phase of a period.
+// Learning for references that repeat: a correction c of the reference, with one value for each phase of a
+// period. A phase is a cycle of the period.
 //
 // Plug-in repetitive control (Longman, Iterative learning control and repetitive control for engineering
 // practice, Int. J. Control 73, 2000). The corrected reference r + c is the input of the feed-forward and of
-// PI; the learnt error is relative to r. Once a cycle, the errors around one phase j of the period correct
+// PI. The learnt error e is relative to r. Once in a cycle, the errors around a phase j of the period correct
 // c[j]:
 //
 //   c[j] <- (1 - forget) c[j] + rate sum_k h_k e[j + k],    |c| <= bound,    k = -K .. K
 //
-// h is nearly the inverse of the loop and non-causal, so phase j is corrected K cycles after it has passed,
-// in time for the next period. With T the loop's response to c, and H the response of h
-// (docs/theory/control_law.md), the error decays if
+//   h_k            learning filter with 2 K + 1 taps, nearly the inverse of the loop
+//   rate, forget   share of the error that one period corrects; share of c that is lost in each period
 //
-//   |1 - forget - rate H(theta) T(theta)| < 1        for all theta
+// The filter also uses the errors up to K cycles later than phase j. So c[j] is corrected K cycles after
+// phase j, in time for the next period. The error decays if, for all frequencies theta,
 //
-// controller/analysis/learning_design.h designs an h that satisfies this for a resonance that is not known
-// exactly.
+//   |1 - forget - rate H(theta) T(theta)| < 1
 //
-// Phases are cycles. If a period is not a whole number of cycles, several periods together nearly are. The
-// rest stretches the phases slightly: c is interpolated between two phases, and a new correction is
-// distributed to the two phases in the same way. Between phases this weakens high frequencies, by
+// T is the response of the loop to c, and H the response of the filter (docs/theory/control_law.md). The
+// design in controller/analysis/learning_design.h satisfies this for a resonance that is not known exactly.
+//
+// If a period is not a whole number of cycles, several periods together nearly are. The rest stretches the
+// phases slightly: c is interpolated between two phases, and a new correction is distributed to the two
+// phases in the same way. At a share f of the way between two phases, this multiplies a frequency theta by
 //
 //   1 - 2 f (1 - f) (1 - cos theta)
 //
-// and does not shift them.
+// which weakens high frequencies and does not shift them.
 //
 // Only a complete window of errors of an undisturbed run is learnt: no transition, no first period, no lost
 // sample, no omitted SYNC, no active limiter, and no error far above those of the first period, which is a
@@ -59,34 +62,34 @@ constexpr std::string_view to_string(LearningState state) { return word_of(state
 
 class Learning {
  public:
-  /// The filter of one segment. If `taps` is empty, the segment does not repeat.
+  /// The learning filter of one segment of the reference. If `taps` is empty, the segment does not repeat.
   struct Plan {
-    std::size_t phases = 0;  ///< cycles of one period, or of several periods together
+    std::size_t phases = 0;  ///< number of cycles of one period, or of several periods together
     double cycle_s = 1e-3;
-    double period_s = 0.0;       ///< time of all phases; 0: `phases` cycles
-    std::size_t judged = 0;      ///< cycles whose errors are judged together; 0: `phases`
-    std::vector<double> taps{};  ///< filter h_k, k = -K .. K; 2 K + 1 values, fewer than phases
+    double period_s = 0.0;       ///< duration of all phases; 0: `phases` cycles
+    std::size_t judged = 0;      ///< number of cycles whose errors are judged together; 0: `phases`
+    std::vector<double> taps{};  ///< values of the filter: an odd number, at most `phases`
     double duration_s = 0.0;     ///< duration of the segment
   };
   /// Settings of the user, and the plans designed from them.
   struct Config {
     double rate = 0.5;                ///< share of the error that one period corrects, > 0 to 1
     double forget_percent = 0.2;      ///< share of the correction that is lost in each period
-    double correction_max_um = 0.0;   ///< maximum |c|, c: a correction
+    double correction_max_um = 0.0;   ///< maximum absolute value of a correction
     double resonance_percent = 10.0;  ///< the filter is designed for a resonance within this error
     bool frozen = false;              ///< corrects with the learnt values, but does not learn
     std::size_t ahead_cycles = 0;     ///< lead of the correction in the feed-forward, in whole cycles
-    std::vector<Plan> plans{};        ///< one for each segment; ahead_cycles and plans are designed
+    std::vector<Plan> plans{};  ///< one plan for each segment; plan_learning() designs ahead_cycles and plans
   };
   struct Report {
     LearningState state = LearningState::off;
-    std::uint32_t periods = 0;  ///< periods of all segments judged since the last reset
-    std::size_t segment = 0;    ///< segment that was judged last
-    double rms_um = 0.0;        ///< error in the last judged period
-    /// Error of this segment without learning: in the first period, or in the last rest.
+    std::uint32_t periods = 0;  ///< number of periods that were judged since the last reset, of all segments
+    std::size_t segment = 0;    ///< index of the segment that was judged last
+    double rms_um = 0.0;        ///< RMS error in the last judged period
+    /// RMS error of this segment without learning: in the first period, or in the last rest.
     double first_rms_um = 0.0;
     double correction_um = 0.0;      ///< present correction
-    double correction_max_um = 0.0;  ///< largest correction of `segment` at the end of the period
+    double correction_max_um = 0.0;  ///< largest correction of `segment` at the end of the judged period
   };
 
   /// Throws std::invalid_argument if a plan contradicts itself.
@@ -95,11 +98,11 @@ class Learning {
   const Config& config() const { return config_; }
   std::size_t ahead_cycles() const { return config_.ahead_cycles; }
 
-  /// False if the time of this point is in a part of the reference that does not repeat.
+  /// True if this point is in a segment that repeats.
   bool covers(const Trajectory::Point& point) const;
 
-  /// Corrections of one cycle, at the point of its sample and at the point of its feed-forward. correct() is
-  /// called exactly once per cycle.
+  /// The corrections of one cycle: at the point of the reference that the sample shows (`now_um`), and at the
+  /// point that the feed-forward uses (`ahead_um`). correct() is called exactly once per cycle.
   struct Correction {
     double now_um = 0.0;
     double ahead_um = 0.0;
@@ -109,11 +112,11 @@ class Learning {
   /// limiter was active and no SYNC was omitted.
   void learn(const Trajectory::Point& point, std::optional<double> error_um, bool undisturbed);
 
-  /// Clears everything that was learnt.
+  /// Clears all learnt corrections and judgements.
   void reset();
-  /// Ends the correction permanently.
+  /// Ends all corrections permanently; the present one fades out.
   void retire() { retired_ = true; }
-  /// Copies from `before` the learnt corrections of each segment with the same number of phases, and the
+  /// Copies from `before` the learnt corrections of each segment that has the same number of phases, and the
   /// present output. Does not allocate.
   void continue_from(const Learning& before);
 
@@ -125,19 +128,20 @@ class Learning {
   bool restore(const std::vector<std::vector<double>>& table);
 
  private:
-  /// A time between two phases: `share` is its distance from the first one, as a share of a phase.
+  /// A time between the phases `index` and `next`. `share` is the distance from phase `index`, 0 to 1 phase.
   struct Phase {
     std::size_t index, next;
     double share;
   };
 
-  /// The errors of a segment in the periods that were undisturbed from start to end.
+  /// The judgement of a segment: is its error smaller with learning than without? Only periods that were
+  /// undisturbed from start to end count.
   struct Judgement {
-    metrics::ErrorStatistics present{};  ///< errors of the present period; the square of a glitch is limited
+    metrics::ErrorStatistics present{};  ///< errors of the present period; a glitch counts only up to a limit
     bool is_known = false;               ///< the following members are set
     double first_rms_um = 0.0, first_largest_um = 0.0;  ///< errors in the period without learning
     unsigned grown = 0;    ///< consecutive periods with an error larger than first_rms_um
-    unsigned resting = 0;  ///< remaining periods of a rest
+    unsigned resting = 0;  ///< remaining periods without correction after a failed attempt
     unsigned failed = 0;   ///< attempts in which the error grew
 
     bool has_ended() const;
@@ -156,15 +160,15 @@ class Learning {
     std::vector<float> taps;
     std::vector<float> errors_um;  ///< the last errors, stored twice, so that each window is contiguous
     std::size_t newest = 0;
-    std::size_t valid = 0;       ///< errors without a gap
-    std::size_t last_cycle = 0;  ///< cycle of the last error, since the start of the segment
+    std::size_t valid = 0;       ///< number of the last errors that have no gap between them
+    std::size_t last_cycle = 0;  ///< cycle of the last error, counted from the start of the segment
     Judgement judgement;
   };
 
-  /// The correction as it is output.
+  /// The correction that is output. It follows its target; if the target begins or ends, the jump fades out.
   struct Output {
     double last_um = 0.0;
-    double fading_um = 0.0;  ///< remaining part of a jump
+    double fading_um = 0.0;  ///< remaining part of the jump
     bool follows = false;
     double step(const std::optional<double>& target_um, double decay);
   };

@@ -53,9 +53,9 @@ void ClosedLoop::resume(double t_s) {
   in_position_ = {};
 }
 
-// At the upper threshold all memory is wiped out. From there on the model's memory is right wherever the
-// drive turns, so for a butterfly, and if drive_min is above the lower threshold, the upper threshold is
-// enough.
+// At the upper threshold, all memory of the actuator is wiped out. From there on, the model's memory agrees
+// with it, whichever way the drive turns. For a butterfly actuator (a model with an output map), or if
+// drive_min is above the lower threshold, the upper threshold alone is visited.
 std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
   const model::HysteresisParameters& model = law_.model().parameters();
   const model::Interval& thresholds = model.input_range();
@@ -64,8 +64,8 @@ std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
   return {thresholds.hi, thresholds.lo};
 }
 
-/// The coupling from the other axes at the start goes into the integral; later changes go into the
-/// feed-forward.
+/// The coupling from the other axes at the start is part of the measured position, and therefore of the
+/// integral. The feed-forward compensates only later changes of the coupling.
 void ClosedLoop::begin(double t_s, double position_um, double coupled_um, bool goes_on) {
   coupled_at_first_um_ = coupled_um;
   if (plant_inverse_) plant_inverse_->restart(t_s);

@@ -4,7 +4,7 @@
 // Calls, in this order:
 //
 //   ramp_in(gate)                     returns the drives to visit before tracking
-//   settle()                          the actuator has rested at the last drive of follow()
+//   settle()                          called if the actuator has rested at the last drive of follow()
 //   follow()                          takes each drive that is applied before tracking
 //   elapse()                          time passes: in every cycle, before its drive is decided
 //   begin()                           tracking begins, together with the other axes or after them
@@ -26,33 +26,34 @@ class ClosedLoop {
   /// Throws std::invalid_argument if the model is invalid.
   explicit ClosedLoop(const AxisConfig& config);
 
-  /// Returns the drives of a wipe: up to the upper threshold and down to the lower one, which wipes out the
-  /// actuator's memory.
+  /// Returns the drives that wipe out the actuator's memory: the upper threshold, and then the lower
+  /// threshold if it is needed.
   std::vector<double> ramp_in(const Gate::Config& gate) const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
   void settle() { law_.settle(); }
   void elapse(double dt_s) { law_.elapse(dt_s); }
-  /// `goes_on`: the loop continues after a pause, with the same time base.
+  /// Begins to track. `goes_on`: the loop continues after a pause, with the same time base.
   void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
-  /// Evaluates the reference for propose() at this time, which then takes less time.
+  /// Evaluates the reference for propose() at the time `t_s` in advance, so that propose() takes less time.
   void prepare(double t_s, double cycle_s);
   /// Returns the requested drive, before the gate, and fills the values of the loop into `report`. Returns
   /// `nullopt` if the stage has lost its reference. `t_s`: time since the axes began to track. `waited`: the
   /// drive was held for longer than dt_s, because SYNCs were omitted.
   std::optional<double> propose(const AxisInput& input, double t_s, bool waited, AxisReport& report);
-  /// `limits`: all limits that were active for this drive.
+  /// Takes the drive that was applied. `limits`: all limits that were active for this drive.
   void commit(double applied_drive, std::uint8_t limits);
 
   void go_to(double t_s, double goal_um);
   void resume(double t_s);
-  /// Called between two cycles; the drive does not jump, and nothing is allocated. Applies everything of
-  /// `config` except the model and the setpoint. A given `reference` starts from the present motion and is
-  /// exchanged for the previous one. A given `learning` is exchanged too; without one, the present learning
-  /// ends.
+  /// Applies everything of `config` except the model and the setpoint. The drive does not jump. A given
+  /// `reference` continues from the present motion, and is exchanged for the previous reference. A given
+  /// `learning` is exchanged too; if none is given, the present learning ends. Called between two cycles;
+  /// does not allocate.
   void retune(const AxisConfig& config, std::optional<Trajectory>& reference,
               std::optional<Learning>& learning, double t_s);
 
-  /// Returns how far ahead the reference is evaluated.
+  /// Returns the time by which the feed-forward evaluates the reference ahead: the mean delay from demand to
+  /// position.
   double preview_s(double cycle_s);
   double reference_um(double t_s) const { return trajectory_.value_um(t_s); }
   Trajectory::Point reference_at(double t_s) const { return trajectory_.at(t_s); }
@@ -64,8 +65,8 @@ class ClosedLoop {
 
  private:
   void apply(const AxisConfig& config);
-  /// The part of the reference that the last cycle's sample and preview have used, or prepare(): it must not
-  /// change.
+  /// The part of the reference that must not change, because the last cycle or prepare() has already used it.
+  /// It begins at since_s and lasts for_s.
   struct Used {
     double since_s = 0.0, for_s = 0.0;
   };

@@ -6,19 +6,20 @@
 namespace hystcan::controller {
 namespace {
 
-constexpr double smallest_turn = 1.0 / 32.0;  // share of T: a smaller reversal is not a turn
-// Share of the previous pair: a smaller reversal is only the mode, which rings while the drive rests.
+constexpr double smallest_turn = 1.0 / 32.0;  // share of the amplitude: a smaller reversal is not a turn
+// Share of the swing of the previous two half-periods. A smaller reversal of the error is only the mode,
+// which rings while the drive rests.
 constexpr double smallest_share = 1.0 / 8.0;
 constexpr std::size_t few = 4, many = 8;     // numbers of pairs of half-periods that are compared
 constexpr double fast_growth = 4.0;          // minimum ratio of the newest to the oldest of `few` pairs
 constexpr double slow_growth = 1.5;          // minimum ratio of the newest to the oldest of `many` pairs
-constexpr double before_growth = 1.0 / 8.0;  // excludes a knock: e is small before it
+constexpr double before_growth = 1.0 / 8.0;  // excludes a knock: the error before a knock is small
 constexpr double no_decay = 0.95;  // minimum ratio of the newest swings to those eight half-periods earlier
-constexpr std::size_t unevenness = 4;   // maximum ratio of cycles beyond the middle, same direction
-constexpr std::size_t longer_way = 16;  // maximum ratio of cycles beyond the middle, both directions
+constexpr std::size_t unevenness = 4;   // maximum ratio of cycles beyond the middle, within one direction
+constexpr std::size_t longer_way = 16;  // maximum ratio of cycles beyond the middle, between directions
 constexpr std::size_t short_spike = 4;  // maximum length of a spike, in cycles
 constexpr double step_response = 1.5;   // ratio of a mode's swing after a step to twice the step
-// Amplification of the reference's bend by a mode with a damping of 0.017.
+// Factor by which a mode with a damping of 0.017 amplifies the second differences of the reference.
 constexpr double amplification = 30.0;
 
 }  // namespace
@@ -43,7 +44,7 @@ bool Oscillation::step(double reference_um, double position_um) {
   return turns(error_um) && (grows(few) || grows(many) || stays());
 }
 
-/// Returns true if a half-period has ended.
+/// Follows the error. Returns true if a half-period of its oscillation has ended.
 bool Oscillation::turns(double error_um) {
   const double further = rises_ ? error_um - extreme_um_ : extreme_um_ - error_um;
   if (further >= 0.0) extreme_um_ = error_um;

@@ -1,23 +1,27 @@
-// Detects an unstable loop: an oscillation of the error e = r - y that grows, or that stays large.
+// Detects an unstable loop: an oscillation of the error e = r - y (reference minus measured) that grows, or
+// that stays large.
 //
-// A half-period k is the motion of e from one turning point to the next. A turn counts only if e has moved
-// back by more than T/32, so that smaller noise makes none, and by more than an eighth of the previous pair.
-// T is `amplitude_um`, s_k the swing (peak to peak) of half-period k, and
+// A half-period k is the motion of e from one turning point to the next; k = 0 is the newest. A turn counts
+// only if e has moved back by more than T/32, so that smaller noise makes no turn, and by more than an eighth
+// of the previous pair of half-periods.
 //
-//   p_j = max(s_(k-2j), s_(k-2j-1)),  j = 0, 1, ...      sampled peaks vary from half-period to half-period
+//   T      `amplitude_um`, the amplitude above which an oscillation counts
+//   s_k    swing (peak to peak) of half-period k
+//   p_j    swing of pair j, p_j = max(s_(2j), s_(2j+1)),  j = 0, 1, ...; a single sampled peak varies more
 //
 //   grows   p_0 >= 2 T,  p_1 >= 2 T / 8,   p_0 > p_1 > ... > p_n,  p_0 > 4 p_3 or p_0 > 1.5 p_7
 //   stays   p_j >= 2 T for j = 0..7,       max(p_0..p_3) >= 0.95 max(p_4..p_7)
 //
-// "stays" finds slow growth, and the limit cycle in which growth ends at the limits of the drive. After a
-// knock, a step or a corner, the mode of a stable loop decays by e^(-pi damping) in each half-period. For a
-// damping of 0.002 or more, this is too fast for "stays".
+// The loop is unstable if one of the two lines holds. "stays" finds slow growth, and the limit cycle in which
+// growth ends at the limits of the drive. After a knock, a step or a corner, the mode of a stable loop decays
+// by e^(-pi damping) in each half-period. For a damping of 0.002 or more, this is too fast for "stays".
 //
-// In each half-period, e spends some cycles beyond the middle of the half-period before. The largest number
-// of these cycles may be at most four times the smallest, plus one: a spike of the sensor is short, but the
-// time to the next spike is not. If even the smallest is longer than a spike, this rule holds only among
-// half-periods of the same direction, and a factor of 16 holds between both directions: an oscillation at a
-// limit of the drive is uneven.
+// A spike of the sensor is not an oscillation: the spike is short, but the time to the next spike is long.
+// Therefore the half-periods must be even. In each half-period, the cycles count in which e is beyond the
+// middle of the half-period before. The largest number of these cycles may be at most four times the
+// smallest, plus one. If even the smallest is longer than a spike, this rule holds only among half-periods of
+// the same direction, and a factor of 16 holds between both directions: an oscillation at a limit of the
+// drive is uneven.
 //
 // A pair of half-periods is forced if the reference itself bends so much that a lightly damped mode explains
 // the error:
@@ -29,7 +33,8 @@
 // either if the newest swing is less than 1.5 sum |r''| of all pairs: a step, whose |r''| add up to twice its
 // height, makes a mode ring.
 //
-// All times are counted in half-periods, so the rate does not matter. O(1), no allocation.
+// All times are counted in half-periods, so the rate does not matter. A step takes constant time and does not
+// allocate.
 #pragma once
 
 #include <array>
@@ -39,7 +44,7 @@ namespace hystcan::controller {
 
 class Oscillation {
  public:
-  /// `amplitude_um`: T; infinite: the loop is not judged.
+  /// `amplitude_um`: amplitude above which an oscillation counts. If it is infinite, the loop is not judged.
   explicit Oscillation(double amplitude_um) : amplitude_um_(amplitude_um) {}
 
   void restart() { *this = Oscillation(amplitude_um_); }
@@ -48,12 +53,12 @@ class Oscillation {
 
  private:
   struct HalfPeriod {
-    std::size_t cycles = 0;  ///< cycles with e beyond the middle of the previous half-period
+    std::size_t cycles = 0;  ///< cycles with the error beyond the middle of the previous half-period
     double swing_um = 0.0;
-    double reference_bend_um = 0.0;  ///< sum |r''|, '': second difference from cycle to cycle
-    double error_bend_um = 0.0;      ///< sum |e''|
+    double reference_bend_um = 0.0;  ///< sum of |second differences| of the reference from cycle to cycle
+    double error_bend_um = 0.0;      ///< sum of |second differences| of the error from cycle to cycle
   };
-  /// Sum of absolute second differences.
+  /// Sums the absolute second differences of a signal from cycle to cycle.
   struct Bend {
     double last_um = 0.0, last_step_um = 0.0, sum_um = 0.0;
     void add(double value_um);
@@ -75,11 +80,11 @@ class Oscillation {
   Bend reference_, error_;
   std::array<HalfPeriod, kept> past_{};
   std::size_t newest_ = 0, closed_ = 0;
-  std::size_t cycles_ = 0;   ///< cycles of this half-period beyond middle_um_
-  double middle_um_ = 0.0;   ///< middle of the half-period before
-  unsigned samples_ = 0;     ///< up to 3: the first samples have no second difference
-  double turn_um_ = 0.0;     ///< e at the last turning point
-  double extreme_um_ = 0.0;  ///< extreme of e since the last turning point
+  std::size_t cycles_ = 0;   ///< cycles of the present half-period with the error beyond middle_um_
+  double middle_um_ = 0.0;   ///< middle between the two ends of the half-period before
+  unsigned samples_ = 0;     ///< number of samples, up to 3: the first three have no second difference
+  double turn_um_ = 0.0;     ///< error at the last turning point
+  double extreme_um_ = 0.0;  ///< highest or lowest error since the last turning point
   bool rises_ = true;
 };
 

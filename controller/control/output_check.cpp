@@ -41,7 +41,7 @@ bool OutputCheck::agrees(double drive, double slew_per_s, const AxisInput& input
   const double output = input.health.amplifier_output;
   const double late_s = status_age_s_ + late_cycles * input.cycle_s + late_lags * lag_s_;
   const double margin = margin_share * drive_range_;
-  // With NaN the comparisons are false: the output counts as different.
+  // If the output is NaN, the comparisons are false: the output counts as different.
   return std::abs(output - drive) <= margin + slew_per_s * late_s &&
          output >= std::ranges::min(spans_, {}, &model::Interval::lo).lo - margin &&
          output <= std::ranges::max(spans_, {}, &model::Interval::hi).hi + margin;

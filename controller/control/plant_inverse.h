@@ -1,17 +1,23 @@
-// The feed-forward that inverts the plant with its mode, and the resulting response of the plant.
+// The feed-forward that inverts the plant with its mode, and the expected response of the plant.
 //
-//   u = V r:   u(t) = sum_k w_k r(t + mu + k T),  k = -8 .. 8         mu: mean delay of the chain, T: a cycle
+//   u = V r:   u(t) = sum_k w_k r(t + mu + k T),  k = -8 .. 8
 //   y = G u    nominal plant, in the samples
+//
+//   r, u, y   reference, output of the feed-forward, and expected sample
+//   V, w_k    feed-forward and its weights; mu: mean delay of the chain, T: cycle
+//   G         nominal plant, from the demand to the sample
 //
 // PI and learning compare the sample with y instead of r. The two differ at the corners of r, which no drive
 // that is set once per cycle can follow. With y, PI and learning do not undo the weighting of the
 // feed-forward there.
 //
-// With the poles p_i, the plant is a recursion (controller/analysis/linear_loop.h). d u is the change of u
-// since the last cycle:
+// The plant has the poles p_i and is a recursion from cycle to cycle (controller/analysis/linear_loop.h):
 //
 //   held          y = u + sum_i x_i,                x_i <- e^{p_i T} x_i + s_i d u
 //   interpolated  y = u_{-1} + c d u + sum_i x_i,   x_i <- e^{p_i T} x_i + s_i (d u - d u_{-1})
+//
+// u_{-1} is u in the last cycle, and d u the change of u since then. x_i is the state of pole i; s_i and c
+// are constants of the plant (Term::share and Config::constant).
 #pragma once
 
 #include <array>
@@ -23,18 +29,19 @@
 
 namespace hystcan::controller {
 
-/// Largest k: the number of cycles that the feed-forward weights on each side of the mean delay.
+/// Number of cycles that the feed-forward weights on each side of the mean delay.
 inline constexpr int feed_forward_reach = 8;
-/// The weights w_k of the feed-forward, k = -feed_forward_reach .. feed_forward_reach.
+/// The weights of the feed-forward, from feed_forward_reach cycles before the mean delay to as many cycles
+/// after it.
 using FeedForwardWeights = std::array<double, 2 * feed_forward_reach + 1>;
 
-/// Values of a reference for its weighted sum. Each cycle evaluates only the newest value: earlier values do
-/// not change, because the reference is fixed until the end of the preview.
+/// The values of a reference for its weighted sum. Each cycle evaluates only the newest value. The earlier
+/// values do not change, because the reference is fixed until the end of the preview.
 class ReferenceWindow {
  public:
   void clear() { filled_ = false; }
-  /// Called once per cycle. `reference(t_s)` returns the reference. If the last call was not exactly one
-  /// cycle before, all values are evaluated again.
+  /// Returns the weighted sum of the reference around `t_s`. Called once per cycle. `reference(t_s)` returns
+  /// the reference. If the last call was not exactly one cycle before, all values are evaluated again.
   template <class Reference>
   double filtered(const FeedForwardWeights& weights, double t_s, double cycle_s, const Reference& reference);
 
@@ -42,23 +49,23 @@ class ReferenceWindow {
   bool continues(double t_s, double cycle_s) const;
   void push(double value);
 
-  /// Stored twice, so that each window is contiguous.
+  /// The values of the reference, stored twice, so that each window is contiguous.
   std::array<double, 2 * std::tuple_size_v<FeedForwardWeights>> values_{};
   std::size_t oldest_ = 0;
   double last_s_ = 0.0;
   bool filled_ = false;
 };
 
-/// The nominal plant, from the demand to the sample.
+/// The nominal plant from the demand to the sample, as a recursion from cycle to cycle.
 struct PlantRecursion {
   struct Term {
-    std::complex<double> share;  ///< s_i, factor of the drive's change; 0: the term is not used
-    std::complex<double> decay;  ///< e^{p_i T}
+    std::complex<double> share;  ///< factor of the drive's change in this term; 0: the term is not used
+    std::complex<double> decay;  ///< factor of the term from cycle to cycle: e^{p T}; p: a pole, T: cycle
   };
   struct Config {
-    int delay_cycles = 0;  ///< delay of y; u is taken from this many cycles ago
+    int delay_cycles = 0;  ///< delay of the plant: its input is the drive of this many cycles ago
     bool interpolated = false;
-    double constant = 0.0;  ///< c in the recursion `interpolated`
+    double constant = 0.0;  ///< factor of the drive's change if `interpolated`
     std::array<Term, 4> terms{};
     Notch::Coefficients notch{};
   };
@@ -73,8 +80,9 @@ struct PlantRecursion {
   static double step(const Config& config, State& state, double input);
 };
 
-/// The recursion continues from cycle to cycle, even if a SYNC is late: a restart would take as many cycles
-/// as the warm-up, which would delay the next SYNC too.
+/// The feed-forward that inverts the plant, and the sample that it makes the controller expect. The recursion
+/// of the plant continues from cycle to cycle, even if a SYNC is late. A restart would compute all cycles of
+/// the warm-up at once, which would delay the next SYNC too.
 class PlantInverse {
  public:
   struct Config {
@@ -84,23 +92,26 @@ class PlantInverse {
 
   explicit PlantInverse(const Config& config) : config_(config) {}
 
-  /// Clears the state, for a reference that rests until `rest_until_s`: the recursion begins there.
+  /// Clears the state for a reference that rests until `rest_until_s`: the recursion begins at this time.
   void restart(double rest_until_s);
-  /// Changes the plant while the reference moves: the recursion begins warm_up_cycles earlier.
+  /// Changes the plant while the reference moves: the recursion then begins warm_up_cycles before the present
+  /// cycle.
   void retune(const Config& config);
 
-  /// Returns the feed-forward u at `t_s`, with the mean delay included.
+  /// Returns the output of the feed-forward. `t_s`: present time plus the mean delay of the chain.
   template <class Reference>
   double feed_forward(double t_s, double cycle_s, const Reference& reference) {
     return ahead_.filtered(config_.feed_forward, t_s, cycle_s, reference);
   }
-  /// Returns y, the expected sample of the cycle at `t_s`.
+  /// Returns the sample that the nominal plant predicts for this cycle. `t_s`: present time plus the mean
+  /// delay.
   template <class Reference>
   double expected(double t_s, double cycle_s, const Reference& reference);
 
  private:
   static constexpr double warm_up_cycles = 128.0;
-  /// Returns the cycles from `late_s` back to the rest of the reference, at most warm_up_cycles.
+  /// Returns the number of cycles from the time at which the reference rested until `late_s`, at most
+  /// warm_up_cycles.
   int cycles_since_rest(double late_s, double cycle_s) const;
 
   Config config_;

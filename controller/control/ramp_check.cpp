@@ -7,15 +7,16 @@ namespace hystcan::controller {
 namespace {
 
 constexpr double mean_cycles = 2.0, rest_cycles = 200.0;
-constexpr double floor_share = 0.003;  // share of the stroke that is added to e
+constexpr double floor_share = 0.003;  // share of the stroke that is added to the allowed error
 constexpr double backwards_share = 0.25;
-// Shares of the drive's range.
+// Travels of the drive, as shares of its range: until the first window begins, until a window is judged, and
+// until the next window begins.
 constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;
-// Minimum cycles within these shares, for a ramp that is fast for the rate.
+// Minimum number of cycles of each of these travels, in case the ramp is fast compared with the rate.
 constexpr unsigned least_cycles = 6;
 constexpr unsigned contradictions_to_trip = 3;
 
-/// Returns the share by which a mean over this time moves towards a new sample.
+/// Returns the weight of the present sample in a running mean over `time_s`.
 double weight(const AxisInput& input, double time_s) { return input.dt_s / (input.dt_s + time_s); }
 
 }  // namespace
@@ -95,7 +96,8 @@ bool RampCheck::agrees_in_size(const Course& course) const {
          seen_um <= most_um / share + error_um();
 }
 
-/// Returns the motion of the model in the present direction.
+/// Returns the smallest and the largest possible motion of the model since the anchor, in the present
+/// direction.
 model::Interval RampCheck::moved_um(const Course& course, const Anchor& anchor) const {
   const model::Interval moved = course.moved_um(anchor.model);
   return direction_ > 0.0 ? moved : model::Interval{-moved.hi, -moved.lo};

@@ -1,20 +1,25 @@
-// Compares the motion of the position during the ramps of the start-up with the model's motion (Course). This
-// detects a sensor that is reversed or scaled wrongly, or an amplifier that ends below its range, before the
-// axis tracks.
+// Compares the motion of the position during the ramps of the start-up with the motion of the model (Course).
+// This detects a sensor that is reversed or scaled wrongly, or an amplifier that ends below its range, before
+// the axis tracks. The position agrees with the model if:
 //
-//   s (y - y_0) >= -d / 4 - e               since the start or the turn of the ramp
-//   s (y - y_1) >= (1 - p) d - e            } in windows of 14 % of the drive's range, at least six cycles.
-//   s (y - y_1) <= D / (1 - p) + e          } The first begins after 8 %, when delays do not matter any more
+//   s (y - y_0) >= -d / 4 - e              since the start or the last turn of the ramp
+//   s (y - y_1) >= (1 - p) d - e           since the beginning of a window
+//   s (y - y_1) <= D / (1 - p) + e         since the beginning of a window
 //
-//   s       direction in which the model's position moves
-//   d, D    the smallest and the largest possible motion of the model; for d < 0, the bound is d / (1 - p).
-//           D >= 0, because the windows restart when the model turns
-//   y       mean of the samples over about two cycles, minus the coupling from the other axes
-//   p       `slope_shortfall`
-//   e       sum of 0.3 % of the stroke, the ringing at the corners of the ramp, v / w, and the range of y at
-//           rest before the ramp. This range decays in 200 cycles, or in decay_s. It is at least 2 v' / w, in
-//           case a slow mode has not shown its full range; v, v': speed of the model in the ramp, highest
-//           speed of y at rest, w: angular frequency of the mode
+//   s          direction in which the model's position moves, 1 or -1
+//   y          mean of the samples over about two cycles, minus the coupling from the other axes
+//   y_0, y_1   y at the start or turn of the ramp, y at the beginning of the window
+//   d, D       smallest and largest motion of the model. If d < 0, the lower limit is d / (1 - p) - e.
+//              D >= 0, because the windows restart when the model turns
+//   p          `slope_shortfall`
+//   e          allowed error: the sum of 0.3 % of the stroke, the ringing v / w at corners of the ramp, and
+//              the range of y at rest before the ramp
+//   v, w       speed of the model in the ramp, angular frequency of the mode
+//
+// A window covers 14 % of the drive's range and at least six cycles. The first window begins after 8 % of the
+// range, when delays do not matter any more. The range of y at rest decays in 200 cycles, or in decay_s if
+// this is longer. It is at least 2 v' / w, where v' is the highest speed of y at rest, in case a slow mode
+// has not shown its full range.
 #pragma once
 
 #include <optional>
@@ -27,7 +32,7 @@ namespace hystcan::controller {
 class RampCheck {
  public:
   struct Config {
-    double drive_range = 0.0;  ///< drive_max - drive_min
+    double drive_range = 0.0;  ///< range of the drive, drive_max - drive_min
     double stroke_um = 0.0;
     double ramp_um_per_s = 0.0;
     double mode_rad_per_s = 1.0;
@@ -38,16 +43,19 @@ class RampCheck {
   explicit RampCheck(const Config& config) : config_(config) {}
 
   void restart() { *this = RampCheck(config_); }
-  /// Called once in each cycle before the ramp, beginning when the axis waits.
+  /// Called once in each cycle before the ramp, from the first cycle in which the axis waits. Measures the
+  /// noise at rest.
   void rest(const Course& course, double drive, const AxisInput& input);
   /// Called once in each later cycle of the start-up, with the last commanded drive. Returns false if the
-  /// position contradicts the drive for the third cycle in a row.
+  /// position does not agree with the model for the third cycle in a row.
   bool step(const Course& course, double drive, const AxisInput& input);
 
  private:
+  /// A moment with which the present motion is compared: the last turn of the ramp, or the beginning of a
+  /// window.
   struct Anchor {
     Course::Mark model{};
-    double seen_um = 0.0;  ///< measured position (y_0 or y_1) at the anchor
+    double seen_um = 0.0;  ///< measured position at the anchor
     double drive = 0.0;
     unsigned cycles = 0;  ///< cycles since the anchor was set
   };
@@ -62,13 +70,13 @@ class RampCheck {
   double error_um() const;
 
   Config config_;
-  std::optional<double> seen_um_;      ///< measured position y, averaged
-  model::Interval rest_um_{0.0, 0.0};  ///< range of y at rest
+  std::optional<double> seen_um_;      ///< measured position, averaged over about two cycles
+  model::Interval rest_um_{0.0, 0.0};  ///< range of the measured position at rest
   double model_um_ = 0.0;              ///< model's position in the last cycle
-  double direction_ = 0.0;             ///< direction s of the model's motion; 0: at rest
+  double direction_ = 0.0;             ///< direction of the model's motion, 1 or -1; 0: at rest
   Anchor turn_;
   std::optional<Anchor> window_;
-  unsigned contradictions_ = 0;  ///< cycles in a row that contradict the drive
+  unsigned contradictions_ = 0;  ///< consecutive cycles in which position and model do not agree
 };
 
 }  // namespace hystcan::controller

@@ -6,7 +6,7 @@
 
 namespace hystcan::controller {
 
-/// Reason why a running controller refuses a request. A refused request changes nothing.
+/// The reasons for which a running controller refuses a request. A refused request changes nothing.
 enum class Refusal : std::uint8_t {
   no_such_axis,
   faulted,  ///< refuses enable: the fault must be cleared first
@@ -22,12 +22,12 @@ enum class Refusal : std::uint8_t {
 };
 inline constexpr std::size_t refusal_count = static_cast<std::size_t>(Refusal::too_many_requests) + 1;
 
-/// Returns the enumerator's name, for programs.
+/// Returns the name of the enumerator, for programs that read an answer.
 std::string_view name_of(Refusal refusal);
-/// Returns the sentence for the user.
+/// Returns a sentence that tells the user why the request is refused.
 std::string_view to_string(Refusal refusal);
 
-/// True if the axis already is in the requested state.
+/// True if the request is refused only because the axis is already in the requested state.
 inline bool is_needless(Refusal refusal) {
   return refusal == Refusal::enabled_already || refusal == Refusal::no_fault_to_clear;
 }

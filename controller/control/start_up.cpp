@@ -6,11 +6,12 @@
 namespace hystcan::controller {
 namespace {
 
-/// The output has moved if its reading differs from the drive by more than this share of the range.
+/// Share of the drive's range. If the amplifier's output differs from the drive by more than this, the output
+/// has moved.
 constexpr double output_moved = 0.01;
 
-/// Lets the drive follow the output before the relay closes. If the output falls while the relay is open and
-/// the drive does not follow it, closing the relay makes a step.
+/// Lets the drive follow the amplifier's output before the amplifier's relay closes. If the output fell while
+/// the relay is open, and the drive did not follow, the stage would jump when the relay closes.
 void follow_output(const Gate::Config& gate, const AxisInput& input, double& drive) {
   double output = input.health.amplifier_output;
   if (!(std::abs(output - drive) > output_moved * (gate.drive_max - gate.drive_min))) output = drive;
@@ -34,8 +35,9 @@ void StartUp::attempt_clear(bool attempt) {
   if (attempt) clear_attempt_.begin();
 }
 
-// A relay or a soft start needs up to half a second from Enable to enabled. The output does not follow during
-// this time, so a ramp on the wire would be a step at the stage.
+// After Enable, a relay or a soft start needs up to half a second until the amplifier is enabled. Until then
+// the amplifier's output does not follow the commands: a ramp of the commands would become a jump of the
+// stage.
 StartUp::Step StartUp::step(const AxisConfig& config, const AxisInput& input, const Known& known,
                             double& drive, AxisReport& report) {
   if (is_ramping() || (state_ == State::following && known.enabled))

@@ -2,13 +2,13 @@
 //
 //   arming ─▶ following ─▶ ramping ─▶ ended
 //     ▲           └─▶ approaching ─▶ withholding ─┐
-//     └───────────────────────────────────────────┘        if the watchdog is to be tried, once
+//     └───────────────────────────────────────────┘        once, if the watchdog is to be tried
 //
-//   arming       both nodes must be operational, the amplifier ready and at rest; nothing is driven
+//   arming       the axis waits: both nodes must be operational, the amplifier ready and at rest
 //   following    the drive follows the amplifier's output until the amplifier is enabled
-//   approaching  the drive ramps to the safe one
+//   approaching  the drive ramps to its safe value, before the trial of the amplifier's watchdog
 //   withholding  no command is sent: the amplifier must trip, and is then armed again
-//   ramping      the drive visits the targets, as fast as the output follows it, and rests at each
+//   ramping      the drive visits its targets, as fast as the amplifier's output follows, and rests at each
 #pragma once
 
 #include <cstddef>
@@ -22,8 +22,8 @@
 
 namespace hystcan::controller {
 
-/// An amplifier that does not trip in this time without commands has no watchdog that would protect the
-/// stage.
+/// Time in s without commands in which the amplifier must trip. If it does not, it has no watchdog that would
+/// protect the stage.
 inline constexpr double watchdog_timeout_s = 1.0;
 
 class StartUp {
@@ -32,29 +32,31 @@ class StartUp {
   struct Step {
     AxisCommand command;
     Cause cause = Cause::none;
-    bool moves = false;  ///< the drive was set: the model's memory must follow it
+    bool moves = false;  ///< `drive` was set: the model's memory must follow it
   };
-  /// State of the axis that is not part of the input.
+  /// Facts about the axis that are not part of AxisInput.
   struct Known {
     bool enabled = false;  ///< the amplifier's output follows the drive
     bool output_differs = false;
-    bool memory = false;  ///< the actuator's memory is known: no target is visited
+    bool memory = false;  ///< the actuator's memory is known: the ramp may be omitted
   };
 
   explicit StartUp(const AxisConfig& config) : ramp_check_(ramp_check_of(config)) {}
 
-  /// Sets the drives to visit and to rest at, in order.
+  /// Sets the drives that the ramp visits, in this order. It rests at each of them.
   void visit(std::vector<double> targets) { targets_ = std::move(targets); }
 
-  /// `clear_fault`: tries once to clear a fault that is latched in the amplifier.
+  /// Begins with arming. `clear_fault`: tries once to clear a fault that is latched in the amplifier.
   void begin(bool clear_fault);
-  /// Selects if the next arming tries to clear the amplifier's fault.
+  /// Selects whether the next arming tries once to clear the amplifier's fault.
   void attempt_clear(bool attempt);
   void retune(const AxisConfig& config) { ramp_check_ = RampCheck(ramp_check_of(config)); }
-  /// Called once in each cycle. Fills the conditions for which the axis waits into `report`.
+  /// Called once in each cycle of the start-up. Returns the command, and stores in `report` the conditions
+  /// for which the axis waits.
   Step step(const AxisConfig& config, const AxisInput& input, const Known& known, double& drive,
             AxisReport& report);
-  /// Called once in each cycle. Returns false if the position contradicts the ramp.
+  /// Called once in each cycle of the start-up. Returns false if the position does not move as the model
+  /// predicts for the ramp.
   bool agrees(const Course& course, double drive, const AxisInput& input);
   State state() const { return state_; }
 

@@ -14,23 +14,23 @@ namespace hystcan::controller {
 
 using metrics::ErrorStatistics;
 
-/// Step responses at the levels of one segment, and the noise while holding them.
+/// The step responses to the levels of one segment, and the noise while the axis holds these levels.
 struct LevelStatistics {
   metrics::StepResponse steps;
   metrics::HoldNoise hold;
 };
 
-/// Returns in_position.tolerance_um; 0 if it is not configured.
+/// Returns in_position.tolerance_um of the axis; 0 if the configuration has none.
 double settling_tolerance_um(const AxisConfig& config);
 
-/// Error (reference minus measured) of every tracking cycle, per segment. Excludes the smooth transitions
-/// between segments, live setpoints and the first `settle_s` of each segment. Steps are evaluated from their
-/// beginning.
+/// Statistics of the error (reference minus measured) of every tracking cycle, for each segment. They exclude
+/// the smooth transitions between segments, live setpoints, and the first `settle_s` of each segment. Step
+/// responses are evaluated from the beginning of each step.
 class TrackingStatistics {
  public:
   TrackingStatistics(const AxisConfig& config, double settle_s)
       : TrackingStatistics(config.setpoint.size(), settle_s, settling_tolerance_um(config)) {}
-  /// `tolerance_um`: tolerance of StepResponse.
+  /// `tolerance_um`: error within which a step response counts as settled.
   TrackingStatistics(std::size_t segments, double settle_s, double tolerance_um = 0.0)
       : settle_s_(settle_s), tolerance_um_(tolerance_um) {
     make_room(segments);
@@ -41,8 +41,9 @@ class TrackingStatistics {
   const std::vector<LevelStatistics>& levels() const { return levels_; }
   double tolerance_um() const { return tolerance_um_; }
   ErrorStatistics total() const;
-  /// Error against the reference with sharp corners (Trajectory::Point::ideal_um), per segment. Equals
-  /// segments() if the reference has no turnarounds.
+  /// Returns the statistics of the error against the reference with sharp corners
+  /// (Trajectory::Point::ideal_um), for each segment. They equal segments() if the reference has no
+  /// turnarounds.
   const std::vector<ErrorStatistics>& against_ideal() const { return against_ideal_; }
   ErrorStatistics total_against_ideal() const;
 
@@ -62,9 +63,10 @@ class TrackingStatistics {
 /// Result of one axis's run.
 struct AxisOutcome {
   std::string name;
-  /// Full height of the ascending reference curve; errors in percent are relative to it.
+  /// Distance between the positions that the model reaches at the two ends of the drive's range. Errors in
+  /// percent are relative to it.
   double stroke_um = 0.0;
-  AxisState state = AxisState::offline;  ///< state at the end
+  AxisState state = AxisState::offline;  ///< state at the end of the run
   Fault fault;
   TrackingStatistics statistics;
   std::vector<std::string> segment_kinds;

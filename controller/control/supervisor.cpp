@@ -8,23 +8,27 @@
 namespace hystcan::controller {
 namespace {
 
-/// A SYNC that is more cycles than this after the last one is a stall: nothing has supervised the stage for
-/// too long.
+/// Maximum time between two SYNCs, in cycles. If it is longer, the controller has stalled: nothing has
+/// supervised the stage for too long.
 constexpr double stalled_cycles = 10.0;
 
-/// Share of the drive's range: if the position has not changed after this travel, it is frozen.
+/// Travel of the drive, as a share of its range. If the position does not change at all during this travel,
+/// the sensor is frozen.
 constexpr double frozen_travel = 0.02;
 
-/// A corner of the reference may cause one or two such cycles; an invalid model causes them continuously.
+/// Number of consecutive cycles without an invertible model that trips the axis. A corner of the reference
+/// may cause one or two such cycles; an invalid model causes them continuously.
 constexpr unsigned not_invertible_cycles = 3;
 
-/// Returns the whole cycles since the last SYNC, at least 1: a stage moves further in a late cycle.
+/// Returns the number of cycles since the last SYNC, rounded, at least 1. The position may change more in a
+/// longer cycle.
 unsigned cycles_in(const AxisInput& input) {
   constexpr double most = 1e6;
   return static_cast<unsigned>(std::clamp(std::ceil(input.dt_s / input.cycle_s - 0.5), 1.0, most));
 }
 
-/// Returns the time for which `condition` has been true without interruption.
+/// Returns the time for which `condition` has been true without interruption. `so_far_s`: this time in the
+/// last cycle.
 double time_held(bool condition, double so_far_s, double dt_s) { return condition ? so_far_s + dt_s : 0.0; }
 
 }  // namespace
@@ -69,8 +73,8 @@ Cause Supervisor::judge_health(const AxisInput& input) {
   return is_status_too_old(health, config_.status_timeout) ? Cause::status_missing : Cause::none;
 }
 
-/// True if the amplifier is not enabled any more, or not in time. A status older than the first Enable
-/// reports the state before Enable.
+/// True if the amplifier is not enabled any more, or if it was not enabled in time. A status that is older
+/// than the first command with Enable is ignored.
 bool Supervisor::has_lost_enable(const NodeHealth& health) {
   if (health.amplifier_enabled) {
     enable_reported_ |= health.status_age_s <= enabled_for_s_;
@@ -84,7 +88,7 @@ Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input, const model
   if (!input.position_um) return {count_missing_sample(input), std::nullopt};
   if (!input.sensor_status_good) return {Cause::sensor_status, std::nullopt};
   const double position_um = *input.position_um;
-  // With NaN the comparison is false: the position is implausible.
+  // If the position is NaN, the comparison is false: the position is implausible.
   if (!(position_um >= config_.position_min_um && position_um <= config_.position_max_um))
     return {Cause::position_implausible, std::nullopt};
   if (has_jumped(position_um, course_um)) {
@@ -99,7 +103,8 @@ Supervisor::Verdict Supervisor::judge_sample(const AxisInput& input, const model
   return {Cause::none, position_um};
 }
 
-/// If most of the cycles were too long, the computer has lost the samples, not the node.
+/// Counts a missing sample. Returns the cause of the fault if too many samples are missing. If most of them
+/// are missing in cycles that were too long, the cause is this computer and not the sensor node.
 Cause Supervisor::count_missing_sample(const AxisInput& input) {
   if (input.late_sample) ++lost_in_a_row_.late;
   if (cycles_in(input) > 1) ++lost_in_a_row_.in_long_cycles;

@@ -1,11 +1,11 @@
-// Decides in every cycle if a driven axis may stay driven. A pure step: takes the received data and the
-// decided command; returns a verdict.
+// Decides in every cycle if a driven axis may stay driven. The decision is a pure step: it takes the received
+// data and the decided command, and returns a verdict.
 //
 //   sample     a lost, late or jumped sample is bridged and fills a leaky bucket; several in a row trip
-//   jump       |y - y_last| > position_jump_um for each cycle since y_last, the last accepted sample. A
-//              second jump in a row is compared with the motion of the drive since then: y is accepted if its
-//              distance from the course of the model (course.h) is within the same limit, so that a real
-//              motion of the stage is accepted
+//   jump       |y - y_last| > position_jump_um for each cycle since y_last. y is the position in the sample,
+//              y_last the last accepted one. A second jump in a row is compared with the motion since
+//              then: y is accepted if its distance from the course of the model (course.h) is within the same
+//              limit, so that a real motion of the stage is accepted
 //   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
 //              of its range: noise and motion would change the reading of any real sensor
 //   enable     once the amplifier has reported "enabled", any other state is a fault; before that, it may
@@ -29,40 +29,42 @@ struct NodeHealth {
   bool interface_up = true;
   bool bus_on = true;          ///< not bus-off
   bool bus_passive = false;    ///< our own CAN controller is error-passive
-  bool commands_late = false;  ///< two commands are still on their way to the wire
-  bool sensor_alive = false;   ///< a heartbeat was received in time
+  bool commands_late = false;  ///< two commands have been queued but have not reached the wire
+  bool sensor_alive = false;   ///< its last heartbeat was received in time
   bool sensor_operational = false;
   bool amplifier_alive = false;
   bool amplifier_operational = false;
   bool restarted = false;          ///< a node booted up since the last cycle
   bool emergency = false;          ///< a node sent an EMCY other than "no error" since the last cycle
-  bool amplifier_ready = false;    ///< last status: ready or enabled
-  bool amplifier_enabled = false;  ///< last status: enabled
-  bool amplifier_fault = false;    ///< last status: fault
-  double amplifier_output = 0.0;   ///< last status, drive units
+  bool amplifier_ready = false;    ///< its last status reported ready or enabled
+  bool amplifier_enabled = false;  ///< its last status reported enabled
+  bool amplifier_fault = false;    ///< its last status reported a fault
+  double amplifier_output = 0.0;   ///< output in its last status, drive units
   bool output_reported = false;    ///< the amplifier sends statuses with its output
-  bool amplifier_moves = false;    ///< switched off, and no status has reported its output at rest yet
+  bool amplifier_moves = false;    ///< no status has shown its output at rest yet
   double status_age_s = 0.0;       ///< age of the last status; 0 if the amplifier sends none
 };
 
-/// True if the amplifier receives and follows commands, as far as its node and the bus show.
+/// True if the amplifier receives and follows commands, according to the last frames of its node and the
+/// state of the bus.
 bool obeys_commands(const NodeHealth& health);
 
-/// `timeout` = 0: a status is never too old.
+/// True if the last status of the amplifier is older than `timeout`. False if `timeout` is 0.
 bool is_status_too_old(const NodeHealth& health, std::chrono::nanoseconds timeout);
 
 struct AxisInput {
   double time_s = 0.0;   ///< time of this cycle's SYNC, since the controller's start
   double dt_s = 0.0;     ///< time since the last cycle's SYNC
-  double cycle_s = 0.0;  ///< nominal period
-  /// Total time that the references have waited since the controller's start.
+  double cycle_s = 0.0;  ///< nominal time of a cycle
+  /// Total time for which the references have waited because of late SYNCs (sync_clock.h), since the
+  /// controller's start.
   double waited_s = 0.0;
   std::optional<double> position_um;  ///< `nullopt`: no sample arrived
   bool sensor_status_good = true;
   bool late_sample = false;  ///< a sample of an earlier cycle arrived since the last step
-  /// Reference time when the axes began to track; `nullopt`: this axis does not begin yet.
+  /// Reference time at which the axes began to track. `nullopt`: this axis does not begin to track yet.
   std::optional<double> tracking_since_s{};
-  double coupled_um = 0.0;  ///< coupling from the other axes, added to the position when this command acts
+  double coupled_um = 0.0;  ///< displacement by the other axes (coupling) at the time when this command acts
   NodeHealth health;
 
   double reference_time_s() const { return time_s - waited_s; }
@@ -72,22 +74,23 @@ struct AxisCommand {
   double drive = 0.0;
   bool enable = false;
   bool clear_fault = false;
-  bool withheld = false;  ///< no command is sent: the amplifier's watchdog must trip
+  bool withheld = false;  ///< true: the command is not sent, so that the amplifier's watchdog trips
 };
 
 class Supervisor {
  public:
   struct Config {
-    /// Lower limit of plausible positions; beyond it, sensor or stage is broken.
+    /// Lower limit of plausible positions. A position below this limit shows that the sensor or the stage is
+    /// broken.
     double position_min_um = 0.0;
     double position_max_um = 0.0;
-    double position_jump_um = 0.0;  ///< maximum change per cycle; 0: not judged
-    /// Maximum consecutive lost samples; one more trips.
+    double position_jump_um = 0.0;  ///< maximum change of the position per cycle; 0: not judged
+    /// Maximum number of consecutive lost samples; one more trips the axis.
     unsigned missing_samples = 3;
-    unsigned frozen_cycles = 50;  ///< 0: not judged
-    double saturated_s = 2.0;     ///< 0: not judged
-    double bus_passive_s = 0.5;   ///< 0: not judged
-    /// Maximum age of an amplifier status; 0: not judged.
+    unsigned frozen_cycles = 50;  ///< number of cycles with exactly the same position; 0: not judged
+    double saturated_s = 2.0;     ///< maximum time at a limit of the drive; 0: not judged
+    double bus_passive_s = 0.5;   ///< maximum time for which the bus is error-passive; 0: not judged
+    /// Maximum age of the amplifier's last status; 0: not judged.
     std::chrono::nanoseconds status_timeout{std::chrono::seconds(1)};
     /// Maximum time from the first command with Enable until the amplifier reports "enabled".
     double enable_timeout_s = 0.5;
@@ -100,15 +103,16 @@ class Supervisor {
 
   explicit Supervisor(const Config& config) : config_(config) {}
 
-  /// Changes the limits from the next cycle on. Empties the bucket; all other counters and timers continue.
+  /// Changes the limits from the next cycle on. Empties the bucket of lost samples; all other counters and
+  /// timers continue.
   void retune(const Config& config);
-  /// Called when the axis is about to be driven: resets all counters and timers.
+  /// Called before the axis is driven: resets all counters and timers.
   void restart();
-  /// Called once in each cycle of a driven axis, before its command. `course_um`: possible motion of the
-  /// position since the last accepted sample, computed from the drive (Course).
+  /// Called once in each cycle of a driven axis, before its command. `course_um`: smallest and largest
+  /// possible motion of the position since the last accepted sample, computed from the drive (Course).
   Verdict judge(const AxisInput& input, const model::Interval& course_um = {0.0, 0.0});
-  /// Called with the decided command and its active limits (gate.h). Returns the cause if the safe command
-  /// must replace the command, or Cause::none.
+  /// Called once in each cycle of a driven axis, with the decided command and its active limits (gate.h).
+  /// Returns the cause if the safe command must replace the command, or Cause::none.
   Cause watch(const AxisCommand& command, std::uint8_t limits, double dt_s);
 
   /// True if the amplifier has reported "enabled" since Enable was first commanded.
@@ -129,20 +133,21 @@ class Supervisor {
   /// bridged; several in a row trip.
   unsigned lost_tenths_ = 0;
   struct Lost {
-    /// `in_long_cycles`: in cycles in which SYNCs were omitted.
+    /// Numbers of consecutive lost samples: in total, and by reason. `in_long_cycles` counts those in cycles
+    /// in which SYNCs were omitted.
     unsigned all = 0, late = 0, in_long_cycles = 0, jumped = 0;
   };
   Lost lost_in_a_row_;
   std::optional<double> last_um_;  ///< the last accepted sample
   unsigned cycles_since_last_ = 0;
   unsigned cycles_unchanged_ = 0;
-  double travel_ = 0.0;  ///< travel of the drive in cycles_unchanged_
+  double travel_ = 0.0;  ///< travel of the drive while the position has not changed
   double last_drive_ = 0.0;
   double enabled_for_s_ = 0.0;
   bool enable_reported_ = false;
   double saturated_for_s_ = 0.0;
   double passive_for_s_ = 0.0;
-  unsigned not_invertible_ = 0;  ///< cycles in a row
+  unsigned not_invertible_ = 0;  ///< consecutive cycles in which the model could not be inverted
 };
 
 }  // namespace hystcan::controller
