@@ -8,11 +8,12 @@
 namespace hystcan::controller {
 namespace {
 
-/// Share of the drive's range. The amplifier is at rest if its output changes by less than this between two
-/// statuses.
+/// Share of the drive's range. The amplifier is at rest if its output changes by less than this from one
+/// status to the next.
 constexpr double at_rest_within = 0.01;
 
-/// Returns the assumed status of an amplifier that sends none: at rest at its safe value, and enabled.
+/// Returns the values that are assumed for the parts of a status that the amplifier does not send: the output
+/// is the safe drive, and the state is enabled.
 can::AmpStatus assumed_status(const AxisConfig& axis, const std::optional<can::MessageMap>& status) {
   can::AmpStatus assumed;
   if (!status || !status->carries("output")) assumed.output = axis.gate.safe_drive;
@@ -62,8 +63,8 @@ bool AmplifierLink::on_status(const can::Frame& frame, can::Time now) {
   return status_.state == before && before != can::AmpState::off;
 }
 
-/// True if the output may move. The first status after the amplifier is switched off still reports the drive
-/// from which it ramps down.
+/// True if the output of the amplifier may still move. After the amplifier is switched off, its first status
+/// still reports the drive from which it ramps down.
 bool AmplifierLink::reports_a_move(const can::AmpStatus& next) const {
   const bool was_enabled = status_.state == can::AmpState::enabled;
   if (was_enabled && next.state != can::AmpState::enabled) return true;

@@ -33,8 +33,8 @@ void BackgroundFrames::start(can::Bus& bus, can::Time now) {
 }
 
 /// Axis statuses and frames of the start-up take turns. If a heartbeat is due and an axis waits for its
-/// nodes, the start-up is first. A status is sent before the heartbeat, which is the least urgent frame. A
-/// scan marker is the most urgent frame: it replaces a status.
+/// nodes, a frame of the start-up is sent before a status. A status is sent before the heartbeat, which is
+/// the least urgent frame. A scan marker is the most urgent frame: it replaces a status.
 void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s) {
   is_done_ = true;
   if (slots_ != 0) {
@@ -66,8 +66,8 @@ void BackgroundFrames::make_statuses_due() {
   for (const auto& wired : axes_) wired->status_sender.make_due();
 }
 
-/// After a heartbeat, the nodes may receive NMT commands again. A heartbeat that has waited for its slot does
-/// not shift the later ones.
+/// Sends the heartbeat. After it, each node may receive an NMT command again. If a heartbeat had to wait for
+/// its slot, the later heartbeats are not shifted.
 void BackgroundFrames::send_heartbeat(can::Bus& bus, can::Time sync_sent) {
   next_heartbeat_ += heartbeat_period_;
   if (next_heartbeat_ <= sync_sent) next_heartbeat_ = sync_sent + heartbeat_period_;

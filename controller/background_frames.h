@@ -1,17 +1,17 @@
-// Sends everything except SYNC and commands: the controller's own heartbeat, axis statuses, scan markers, and
+// Sends all frames except SYNC and commands: the controller's own heartbeat, axis statuses, scan markers, and
 // the frames that start up nodes.
 //
 // The queue to the bus is short and first in, first out. A frame that is queued before the commands delays
-// them, and a frame that does not fit is lost. These frames therefore follow the commands of a cycle, and at
-// most one of them is sent in a cycle beside the heartbeat.
+// the commands, and a frame that does not fit into the queue is lost. Therefore these frames follow the
+// commands of a cycle, and at most one of them is sent in a cycle in addition to the heartbeat.
 //
-// If frames have slots (can::is_in_slot), one heartbeat, status or marker instead follows SYNC in the slot of
-// the controller. Frames of the start-up follow the commands in this case too.
+// If frames have slots (can::is_in_slot), one heartbeat, status or marker instead follows the SYNC of the
+// controller's slot. The frames of the start-up still follow the commands.
 //
-// The start-up brings the remote nodes of waiting axes to operational. A node is set up by SDO first, and
-// started by NMT when its set-up is complete. A stopped node does not answer SDO requests; it is sent to
-// pre-operational first. If several axes share a node, one of them has the SDO objects of the node: this axis
-// sets the node up as soon as any of the axes waits.
+// The start-up brings the remote nodes of waiting axes to the state operational. A node is set up by SDO
+// first, and started by NMT when its set-up is complete. A stopped node does not answer SDO requests; it is
+// first sent to the state pre-operational. If several axes share a node, one of them has the SDO objects of
+// the node. This axis sets the node up as soon as any of the axes waits.
 #pragma once
 
 #include <cstddef>
@@ -30,24 +30,26 @@ class BackgroundFrames {
 
   /// Sends the boot-up message. The first heartbeat follows one period later.
   void start(can::Bus& bus, can::Time now);
-  /// Called once per cycle, after its SYNC.
+  /// Begins a cycle. With slots, sends a frame if this is the controller's slot. Called once per cycle, after
+  /// its SYNC.
   void begin_cycle(can::Bus& bus, std::uint8_t sync_counter, can::Time sync_sent);
   /// True if send_next() was called in this cycle; also true before the first cycle.
   bool is_done() const { return is_done_; }
-  /// Called once per cycle, after its commands. `time_s`: time of this cycle's SYNC since the controller's
-  /// start.
+  /// Sends the next frames. Called once per cycle, after its commands. `time_s`: time of this cycle's SYNC
+  /// since the controller's start.
   void send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s);
 
  private:
   bool heartbeat_is_due(can::Time sync_sent) const { return sync_sent >= next_heartbeat_; }
-  /// Makes all statuses due; called with each heartbeat.
+  /// Makes the statuses of all axes due. Called with each heartbeat.
   void make_statuses_due();
   void send_heartbeat(can::Bus& bus, can::Time sync_sent);
   bool send_next_scan_marker(can::Bus& bus);
   bool send_next_axis_status(can::Bus& bus);
   /// Sends the next set-up request or NMT command to a node of a waiting axis.
   bool send_next_of_start_up(can::Bus& bus, can::Time now, double time_s);
-  /// If a node cannot be set up, trips the axes that wait for it, at `time_s`.
+  /// Sends the next SDO request of a set-up. If a node cannot be set up, trips the axes that wait for it;
+  /// `time_s` is then the time of the fault.
   bool send_next_setup_request(can::Bus& bus, can::Time now, double time_s);
   bool send_next_nmt_command(can::Bus& bus, can::Time now);
   /// Each axis has two nodes: first its sensor, then its amplifier.
@@ -63,11 +65,11 @@ class BackgroundFrames {
   WiredAxes& axes_;
   can::Time next_heartbeat_{};
   bool is_done_ = true;
-  std::size_t next_status_ = 0;     ///< The axis that reports next.
+  std::size_t next_status_ = 0;     ///< Index of the axis whose status is tried next.
   bool sent_status_ = false;        ///< True if a status or a marker was sent in the last cycle.
   std::size_t next_to_set_up_ = 0;  ///< Index of the node that is set up next; the nodes take turns.
-  /// The node that gets the next NMT command. Each node gets at most one per heartbeat period; node_count()
-  /// means that no node is left in this period.
+  /// Index of the node that gets the next NMT command. Each node gets at most one per heartbeat period. The
+  /// value node_count() means that all nodes have had their turn in this period.
   std::size_t next_to_command_ = 0;
 };
 

@@ -20,7 +20,7 @@ constexpr std::string_view prefix = "blackbox_";
 
 std::string words_of(int error) { return std::generic_category().message(error); }
 
-/// Returns the name of an axis as part of a file name.
+/// Returns the name of an axis as a part of a file name: every special character becomes '_'.
 std::string plain(std::string name) {
   const auto is_plain = [](char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' || c == '_';
@@ -30,7 +30,8 @@ std::string plain(std::string name) {
   return name;
 }
 
-/// Appends the last column of a row: the sample of the cycle `next` after `record`, if it is known.
+/// Appends the last column of a row: the sample in `next`, if this is the cycle after `record` and has a
+/// sample.
 void append_next_position(std::string& row, const CycleRecord& record, const CycleRecord* next) {
   row += ',';
   if (next != nullptr && next->cycle == record.cycle + 1 && !next->report.sample_missing)

@@ -1,15 +1,15 @@
-// Keeps the last cycles of each axis in memory and writes them as CSV when the axis faults: they show the
-// cause and the consequences of the fault.
+// The black box keeps the last cycles of each axis in memory. When the axis faults, it writes them as CSV,
+// which shows the cause and the consequences of the fault.
 //
-// Runs on the telemetry thread and reads the cycle records, so it costs the control thread nothing. Each
-// fault has its own file, blackbox_20261121T221923.456Z_x.csv, named after the time (UTC) and the axis. Files
-// are never overwritten or removed: if the folder already contains the allowed number of files, no more are
-// written, because the first fault explains the most. A refused file, a full disk and a missing folder cause
-// warnings; the run continues.
+// The black box runs on the telemetry thread and reads the cycle records, so it costs the control thread
+// nothing. Each fault has its own file, blackbox_20261121T221923.456Z_x.csv, named after the time (UTC) and
+// the axis. Files are never overwritten or removed. If the folder already contains the allowed number of
+// files, no more are written, because the first fault explains the most. A refused file, a full disk and a
+// missing folder cause warnings; the run continues.
 //
-// A row is a cycle n: SYNC, sample, command. next_position_um is the sample of cycle n+1, the first sample
-// that command n can influence. It is empty if cycle n+1 has no sample or was not recorded. The other columns
-// are described in controller/cycle_record.h.
+// A row is a cycle n: SYNC, sample, command. The column next_position_um is the sample of cycle n+1, the
+// first sample that command n can influence. It is empty if cycle n+1 has no sample or was not recorded. The
+// other columns are described in controller/cycle_record.h.
 #pragma once
 
 #include <atomic>
@@ -31,11 +31,11 @@ namespace hystcan::controller {
 class BlackBox {
  public:
   struct Config {
-    /// Empty: hystcan-blackbox in the working directory, created with the first file.
+    /// Folder of the files. Empty: hystcan-blackbox in the working directory, created with the first file.
     std::filesystem::path folder;
     unsigned files = 50;             ///< maximum number of files of all runs in the folder; 0: writes none
     std::size_t cycles = 10'000;     ///< cycles kept for each axis
-    std::size_t cycles_after = 100;  ///< how many of the kept cycles follow the fault
+    std::size_t cycles_after = 100;  ///< number of kept cycles that follow the fault
   };
   using Sink = can::BusHealthLog::Sink;
   using UtcNow = std::function<std::chrono::system_clock::time_point()>;
@@ -45,15 +45,15 @@ class BlackBox {
            UtcNow utc_now = std::chrono::system_clock::now);
 
   void add(const CycleRecord& record);
-  /// Called when no more records follow: writes the files that still wait for cycles after a fault.
+  /// Writes the files that still wait for cycles after a fault. Called when no more records follow.
   void finish();
-  /// Requests a file of every axis, written with the next record. May be called from any thread.
+  /// Requests a file of every axis, which is written with the next record. May be called from any thread.
   void request() { requested_ = true; }
 
  private:
   struct Box {
     std::string name;
-    boost::circular_buffer<CycleRecord> ring;  ///< oldest first
+    boost::circular_buffer<CycleRecord> ring;  ///< the last cycles, oldest first
     bool faulted = false;
     std::size_t cycles_to_go = 0;  ///< cycles until the file is written; 0: no file is due
     std::string reason;

@@ -59,7 +59,7 @@ void CommandFrame::on_echo(const can::Frame& frame, std::uint8_t last_sync, can:
   const int ahead = counter ? can::syncs_after(queued_->sync_ahead, *counter) : 0;
   const bool is_later_sync = ahead != 0 && ahead < can::sync_counter_max / 2;
   can::Frame heard = frame;
-  heard.fd_flags = queued_->frame.fd_flags;  // an error-passive interface sets ESI
+  heard.fd_flags = queued_->frame.fd_flags;  // ESI does not count: an error-passive interface sets it
   if (!is_later_sync && heard != queued_->frame) return;
   auto next = std::exchange(waiting_, std::nullopt);
   forget();
@@ -82,7 +82,7 @@ bool CommandFrame::is_safe_one_on_its_way() {
   return false;
 }
 
-/// Queues the frame. The message counter counts only the frames that are queued.
+/// Queues the frame. The message counter in the frames counts only the frames that are queued.
 void CommandFrame::hand_over(Composed composed, can::Bus& bus) {
   protector_.seal(composed.frame);
   if (bus.send(composed.frame) && echoes_) queued_ = composed;

@@ -2,13 +2,13 @@
 //
 //   put() by each axis  ->  send()  ->  queue of the interface  ->  wire  ->  echo
 //
-// At most one of these frames is in the queue: if several waited there for a busy bus, they would all reach
-// the amplifier together and much too late. The next frame waits in this class. It is queued when the one
-// before has left the interface; until then a newer frame replaces it. A safe frame, which enables no
-// amplifier, never waits.
+// At most one of these frames is in the queue of the interface. If several frames waited there for a busy
+// bus, they would all reach the amplifier together and much too late. The next frame therefore waits in this
+// class. It is queued when the frame before it has left the interface; until then, a newer frame replaces it.
+// A safe frame, which enables no amplifier, never waits.
 //
-// An echo shows that a frame has left. If the receive queue loses this echo, the echo of a later SYNC shows
-// the same, because the queue keeps the order.
+// An echo of a frame shows that the frame has left the interface. If the receive queue loses this echo, the
+// echo of a later SYNC shows the same, because the queue keeps the order.
 #pragma once
 
 #include <cstddef>
@@ -26,50 +26,53 @@ class CommandFrame {
  public:
   explicit CommandFrame(const can::Layout<can::AmpCommand>& layout);
 
-  /// Adds an axis whose signals are in this message. Its drive is `safe_drive` in a frame without its
-  /// command. Returns the place of the axis in the frame.
+  /// Adds an axis whose signals are in this message. If the frame is sent without a command of this axis, it
+  /// contains `safe_drive` as the drive. Returns the place of the axis in the frame.
   std::size_t add(const can::Layout<can::AmpCommand>& layout, std::size_t axis, double safe_drive);
-  /// Adds an axis of the same message that never has commands: each frame contains `safe_drive` for it.
+  /// Adds an axis that never has commands, but whose signals are in this message: each frame contains
+  /// `safe_drive` for it.
   void rest(const can::Layout<can::AmpCommand>& layout, double safe_drive) {
     layout.put({.setpoint = safe_drive}, next_.frame);
   }
   const std::vector<std::size_t>& axes() const { return axes_; }
   std::uint32_t id() const { return next_.frame.id; }
   bool extended() const { return next_.frame.extended; }
-  /// True if `frame` is a valid command. Such a command on the bus is from another controller. Its counter is
-  /// not checked: the amplifier may receive it before our own command with the same counter, and then reject
-  /// ours.
+  /// True if `frame` is a valid command; on the bus, such a frame is from another controller. The counter of
+  /// the frame is not checked: the amplifier may receive the foreign command before our own command with the
+  /// same counter, and then reject ours.
   bool is_sound(const can::Frame& frame) {
     return foreign_.check(frame).value_or(can::Rejection::repeated_counter) ==
            can::Rejection::repeated_counter;
   }
 
-  /// Begins a cycle: no axis has put its command, and no command is sent.
+  /// Begins a cycle: from now on, no axis has put its command, and no command of this cycle is sent.
   void begin_cycle();
   /// True if the axis at `place` has put its command of this cycle.
   bool has(std::size_t place) const { return slots_[place].is_put; }
-  /// True if the commands of this cycle were sent, or would have been if the controller were not silent.
+  /// True if the commands of this cycle have been sent, or would have been sent if the controller were not
+  /// silent.
   bool is_answered() const { return is_answered_; }
   void end_cycle() { is_answered_ = true; }
 
-  /// Called when the bus has reported an echo. On a bus that reports none, no frame ever waits.
+  /// Called if the bus reports echoes. On a bus that reports none, no frame ever waits.
   void begin_to_count_echoes() { echoes_ = true; }
-  /// Puts the command of the axis at `place` into the frame; `nullopt`: the amplifier is not operational, and
+  /// Puts the command of the axis at `place` into the frame. `nullopt`: the amplifier is not operational, and
   /// the frame contains the safe drive. Returns false if the drive is outside the range of its signal; the
   /// frame then contains the safe drive too.
   bool put(std::size_t place, const std::optional<AxisCommand>& command, std::uint8_t sync_counter);
-  /// Sends the frame after every axis has put its command. Sends nothing if no axis has a command, or if a
-  /// safe frame is still on its way and this one has the same content. After a hundred such frames, the frame
-  /// on its way counts as lost. Returns true if this frame replaces a waiting one, which is then never sent.
+  /// Sends the frame; called after every axis has put its command. Sends nothing if no axis has a command.
+  /// Sends nothing either if the frame is safe and another safe frame is still on its way; after a hundred
+  /// such frames, the one on its way counts as lost. Returns true if this frame replaces a waiting one, which
+  /// is then never sent.
   bool send(can::Bus& bus);
-  /// Called when the bus has carried one of our frames. `last_sync`: counter of the last SYNC that was
-  /// queued.
+  /// Called for the echo of one of our frames, which the bus has carried. `last_sync`: counter of the last
+  /// SYNC that was queued.
   void on_echo(const can::Frame& frame, std::uint8_t last_sync, can::Bus& bus);
-  /// Called when the bus has lost the frames on their way, or may have lost them.
+  /// Discards the frames on their way. Called when the bus has lost them, or may have lost them.
   void forget();
 
-  /// True if a frame was replaced before the previous one had left: with one frame per cycle, the frame on
-  /// its way is then two cycles old.
+  /// True if the previous frame had not left the interface when the last frame was sent. The commands are
+  /// then late.
   bool is_late() const { return is_late_; }
 
  private:
@@ -81,7 +84,7 @@ class CommandFrame {
   struct Composed {
     can::Frame frame;
     std::uint8_t sync_ahead = 0;  ///< counter of the last SYNC that was queued before this frame
-    bool is_safe = true;          ///< enables no amplifier and clears no fault
+    bool is_safe = true;          ///< true: the frame enables no amplifier and clears no fault
   };
 
   bool is_safe_one_on_its_way();
@@ -93,9 +96,9 @@ class CommandFrame {
   can::E2eChecker foreign_;
   Composed next_;
   bool is_answered_ = true;
-  bool says_something_ = false;  ///< at least one axis has put a command in this cycle
+  bool says_something_ = false;  ///< true: at least one axis has put a command in this cycle
   bool echoes_ = false;
-  std::optional<Composed> queued_;  ///< on its way to the wire
+  std::optional<Composed> queued_;  ///< frame on its way to the wire, if echoes are reported
   std::optional<Composed> waiting_;
   bool is_late_ = false;
   unsigned held_back_ = 0;  ///< number of safe frames held back since the last frame that was sent

@@ -10,8 +10,7 @@
 namespace hystcan::controller {
 namespace {
 
-/// Minimum time from start() to the first SYNC, in which the event loop and its threads finish their own
-/// set-up.
+/// Minimum time from start() to the first SYNC: the event loop and its threads finish their own set-up.
 constexpr auto warm_up = std::chrono::milliseconds(20);
 
 void check_couplings(const Config& config) {
@@ -59,7 +58,7 @@ Controller::Controller(const Config& config, const can::Database& database, can:
   for (const auto& commands : frames_.commands) commands->begin_to_count_echoes();
 }
 
-/// Axes whose commands are in the same message share its frame.
+/// Makes the axes. Axes whose commands are in the same message share its frame.
 void Controller::make_axes(const Config& config, const can::Database& database) {
   axes_.reserve(config.axes.size());
   for (const WiredAxisConfig& axis : config.axes)
@@ -75,16 +74,16 @@ void Controller::make_axes(const Config& config, const can::Database& database) 
   command_timer_ = scheduler_.make_timer([this] { end_waiting(); });
 }
 
-/// Passes a frame to the handlers of its identifier. If no message has this type of identifier, the frame is
-/// passed to the message with the other type, which rejects and counts it.
+/// Passes a frame to the handlers of its identifier. If there are none, passes it to the handlers of the same
+/// identifier of the other type (standard or extended), which reject and count the frame.
 void Controller::pass_on(const can::Frame& frame, can::Time heard) const {
   auto [handler, end] = handlers_.equal_range({frame.id, frame.extended});
   if (handler == end) std::tie(handler, end) = handlers_.equal_range({frame.id, !frame.extended});
   for (; handler != end; ++handler) handler->second(frame, heard);
 }
 
-/// The bus never returns our own frames: a frame with one of our identifiers is from another controller. A
-/// damaged frame, which no node accepts, is ignored.
+/// Adds the handlers of all received frames. The bus never returns our own frames, so a frame with one of our
+/// identifiers is from another controller. A damaged frame, which no node accepts, is ignored.
 void Controller::add_handlers() {
   add_handler(can::sync_id, false, [this](const can::Frame& frame, can::Time) {
     if (can::is_sync(frame)) on_another_controller(ForeignFrame::Kind::sync, frame);
@@ -203,7 +202,8 @@ void Controller::tick() {
   sync_timer_->expire_at(clock_.deadline());
 }
 
-/// Sends the command frames that are not sent yet. Axes whose sample has not arrived step without a sample.
+/// Sends the command frames of this cycle that are not sent yet. Axes whose sample has not arrived step
+/// without it.
 void Controller::close_cycle() {
   for (const auto& commands : frames_.commands)
     if (!commands->is_answered()) answer(*commands);
@@ -235,8 +235,8 @@ void Controller::trip_if_in_use(WiredAxis& wired, Cause cause) {
 /// Runs the less urgent tasks once per cycle, when the commands of all axes in use have been sent.
 void Controller::run_background_tasks() {
   if (background_.is_done()) return;
-  // Backwards: samples mostly arrive in the order of the axes, so that one test is enough until the last
-  // axis. An axis that has faulted since its last step still has to send its safe command.
+  // Tests the last axis first: samples mostly arrive in the order of the axes, so that one test is mostly
+  // enough. An axis that has faulted since its last step still has to send its safe command.
   const bool commands_sent = std::all_of(axes_.rbegin(), axes_.rend(), [](const auto& wired) {
     return wired->amplifier.commands().is_answered() || !is_in_use(wired->axis.report().state);
   });
@@ -254,8 +254,8 @@ void Controller::answer_next_request() {
   requests_->answer(request);
 }
 
-/// A status that changes the state of an axis may arrive at any time, so only the other statuses are judged
-/// for their slot.
+/// Handles a frame with statuses. A status with a new state of its amplifier may arrive at any time, so only
+/// the other statuses are judged for their slot.
 void Controller::on_statuses(ReceivedFrame& statuses, const can::Frame& frame) {
   if (!statuses.accepts(frame)) return;
   bool nothing_new = true;
@@ -265,13 +265,13 @@ void Controller::on_statuses(ReceivedFrame& statuses, const can::Frame& frame) {
   for (const std::size_t i : statuses.axes()) judge_slot(axes_[i]->amplifier);
 }
 
-/// In the first round, a node may not know its slot yet.
+/// Judges the slot of a frame, except in the first round: a node may not know its slot yet.
 void Controller::judge_slot(RemoteNode& node) const {
   const unsigned slots = config_.background_slots;
   if (slots != 0 && counters_.cycles > slots) node.note_background_frame(clock_.cycle().sync_counter, slots);
 }
 
-/// Steps all axes of the frame, then sends their commands.
+/// Handles a frame with samples: steps all axes of the frame, then sends their commands.
 void Controller::on_samples(SampleFrame& samples, const can::Frame& frame, can::Time heard) {
   if (!samples.accepts(frame)) return;
   for (const std::size_t i : samples.axes()) take_sample(*axes_[i], frame, heard);
@@ -287,7 +287,7 @@ void Controller::on_samples(SampleFrame& samples, const can::Frame& frame, can::
   if (has_answered) run_background_tasks();
 }
 
-/// Steps the axis, if the sample is from this cycle and the axis has not been stepped without it.
+/// Steps the axis if the sample is from this cycle and the axis has not been stepped without it.
 void Controller::take_sample(WiredAxis& wired, const can::Frame& frame, can::Time heard) {
   const auto sample = wired.sensor.on_sample(frame, counters_.cycles);
   if (!sample) return;
@@ -308,7 +308,7 @@ bool Controller::is_awaited(const WiredAxis& wired) const {
          wired.sensor.is_awaited(counters_.cycles, wired.axis.config().supervision.missing_samples);
 }
 
-/// Handles the deadline of command frames of several axes.
+/// Handles the deadline of the command frames of several axes.
 void Controller::end_waiting() {
   if (phase_ == Phase::silent) return;
   for (const auto& commands : frames_.commands)
@@ -316,8 +316,8 @@ void Controller::end_waiting() {
   run_background_tasks();
 }
 
-/// Sends the commands of the axes that share a frame. Before that, steps each axis whose sample is missing.
-/// The rest of the cycle's work follows the command.
+/// Steps each axis of the frame whose sample is missing, then sends the commands of all its axes. The rest of
+/// the work of the cycle follows the command.
 void Controller::answer(CommandFrame& commands) {
   for (const std::size_t i : commands.axes()) {
     if (axes_[i]->amplifier.is_commanded()) continue;
@@ -365,7 +365,7 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
     input.position_um = sample->position_um;
     input.sensor_status_good = sample->status == 0;
   }
-  // Determines the coupling from the other axes at the time when the command acts.
+  // Adds the coupling from the other axes at the time when the command takes effect.
   ClosedLoop* loop = wired.axis.closed_loop();
   const double acts_s = input.reference_time_s() + (loop == nullptr ? 0.0 : loop->preview_s(input.cycle_s));
   for (const model::Coupling& coupling : wired.axis.config().couplings)
@@ -402,8 +402,8 @@ void Controller::on_another_controller(ForeignFrame::Kind kind, const can::Frame
   if (phase_ == Phase::listening) keep_silent();
 }
 
-/// The other controller may be driving: not even a safe command of ours may interfere. One more step of the
-/// axes follows, only to make the last records.
+/// The other controller may be driving the stage: not even a safe command of ours may interfere. One more
+/// step of the axes follows, only to make the last records.
 void Controller::keep_silent() {
   phase_ = Phase::silent;
   sync_timer_->cancel();

@@ -1,5 +1,5 @@
-// The controller as a node on the bus: sends SYNC, receives samples and sends commands. It has one Axis for
-// each axis of the stage.
+// The controller as a node on the bus: sends SYNC, receives samples and sends commands. The controller has
+// one Axis for each axis of the stage.
 //
 //   SYNC(n) -> SensorSample(n) -> Axis::decide -> AmpCommand(n)
 //
@@ -50,13 +50,13 @@ namespace hystcan::controller {
 /// The configuration of the controller as a whole.
 struct CommonConfig {
   double rate_Hz = 1000.0;
-  std::uint8_t node = 127;  ///< Id of the controller's own heartbeat.
+  std::uint8_t node = 127;  ///< Node id of the controller, for its own heartbeat.
   can::Duration heartbeat_period{std::chrono::milliseconds(100)};
   /// A node without a heartbeat for this time counts as lost.
   can::Duration heartbeat_timeout{std::chrono::milliseconds(300)};
-  /// Latest time after SYNC to send a command frame of several axes; zero: nine tenths of the cycle.
+  /// Latest time after SYNC at which a command frame of several axes is sent; zero: nine tenths of the cycle.
   can::Duration command_deadline{};
-  unsigned background_slots = 0;  ///< Slots for heartbeats and statuses (can::is_in_slot); 0: none.
+  unsigned background_slots = 0;  ///< Number of slots for heartbeats and statuses (can::is_in_slot); 0: none.
   can::Duration lateness_warn{};  ///< A SYNC that is later than this is logged; zero: never.
   /// A SYNC that is later than this faults every axis in use (cycle overrun); zero: never.
   can::Duration lateness_trip{};
@@ -70,11 +70,11 @@ struct CommonConfig {
 };
 
 can::Duration cycle_of(const CommonConfig& config);
-/// Returns the `command_deadline` in use.
+/// Returns the command deadline that is in use: the configured one, or its default.
 can::Duration command_deadline_of(const CommonConfig& config);
 
-/// An axis that is not controlled. A command frame that it shares with a controlled axis contains its safe
-/// drive.
+/// An axis that is not controlled. If it shares a command frame with a controlled axis, the frame contains
+/// `safe_drive` for it.
 struct RestingAxis {
   can::AxisWire wire;
   double safe_drive = 0.0;
@@ -94,21 +94,23 @@ class Controller {
              const can::Attach& attach, RecordHandler on_record);
 
   void start(bool clear_amplifier_faults = false);
-  /// Requests of this link are answered, one in each cycle. Called before start().
+  /// Sets the link whose requests the controller answers, one in each cycle. Called before start().
   void listen_to(RequestLink& link) { requests_ = &link; }
-  /// Ramps every axis to its safe drive and switches it off; stopped() is true when all are off.
+  /// Ramps every axis to its safe drive and switches it off. stopped() returns true when all axes are off.
   void request_stop();
   bool stopped() const;
-  /// True if a request asked for an end of the run. The caller that runs the controller must end it.
+  /// True if a request has asked for the end of the run. The program that runs the controller must then end
+  /// the run.
   bool asked_to_stop() const { return asked_to_stop_; }
-  /// True if another controller was active first: this one has sent nothing and sends nothing.
+  /// True if another controller was already active on the bus. This controller has sent nothing then, and
+  /// sends nothing.
   bool keeps_silent() const { return phase_ == Phase::silent; }
-  /// Sends every amplifier the safe command immediately, before the program exits.
+  /// Sends every amplifier the safe command immediately. Called before the program exits.
   void send_safe_commands();
 
   std::size_t axis_count() const { return axes_.size(); }
   const WiredAxis& wired_axis(std::size_t i) const { return *axes_[i]; }
-  /// Returns an axis, so that its saved state can be restored before start().
+  /// Returns an axis, for example to restore its saved state before start().
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
   /// Returns the rejected frames of every received message: samples, statuses, setpoints, and the heartbeats,
@@ -124,13 +126,15 @@ class Controller {
   const can::Bus& bus() const { return *bus_; }
 
  private:
-  /// off -> listening -> running; silent if another controller was heard while listening.
+  /// The phases are off -> listening -> running. In the phase silent the controller sends nothing, because it
+  /// received frames of another controller while listening.
   enum class Phase : std::uint8_t { off, listening, running, silent };
 
   void make_axes(const Config& config, const can::Database& database);
   void add_handlers();
   void add_handlers_of(WiredAxis& wired);
-  /// If several axes share a node, each has its own handler.
+  /// Adds a handler for the frames with this identifier. If several axes share a node, each has its own
+  /// handler.
   void add_handler(std::uint32_t id, bool extended, can::Bus::FrameHandler handler) {
     handlers_.emplace(std::pair(id, extended), std::move(handler));
   }
@@ -144,7 +148,7 @@ class Controller {
   void on_statuses(ReceivedFrame& statuses, const can::Frame& frame);
   void judge_slot(RemoteNode& node) const;
   void take_sample(WiredAxis& wired, const can::Frame& frame, can::Time heard);
-  /// `heard`: time at which the sample arrived.
+  /// Steps the axis. `sample`: null if it is missing. `heard`: time at which the sample arrived.
   void step(WiredAxis& wired, const can::SensorSample* sample, can::Time heard = {});
   bool is_awaited(const WiredAxis& wired) const;
   void answer(CommandFrame& commands);
@@ -162,7 +166,7 @@ class Controller {
   RecordHandler on_record_;
   SharedFrames frames_;
   WiredAxes axes_;
-  /// Key: identifier, and true if it is an extended one.
+  /// Handlers of received frames. Key: identifier, and true if the identifier is extended.
   std::multimap<std::pair<std::uint32_t, bool>, can::Bus::FrameHandler> handlers_;
   RequestLink* requests_ = nullptr;  ///< Null if there are no requests.
   bool asked_to_stop_ = false;

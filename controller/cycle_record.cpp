@@ -123,13 +123,13 @@ constexpr auto powers_of_ten = std::to_array<std::int64_t>(
 
 }  // namespace
 
-// Formatting an integer takes a tenth of the time of the library's exact decimals. The results differ only in
-// ties.
+// Formats an integer, which takes a tenth of the time of the library's exact formatting. The results differ
+// only if the value is exactly between two decimals.
 void append_fixed(std::string& text, double value, int decimals) {
   if (std::isnan(value)) return;
   const std::int64_t scale = powers_of_ten[static_cast<std::size_t>(decimals)];
   const double scaled = value * static_cast<double>(scale);
-  constexpr double most = 9e15;  // integers are exact up to here
+  constexpr double most = 9e15;  // a double contains all integers up to here exactly
   if (!(std::abs(scaled) < most)) {
     fmt::format_to(std::back_inserter(text), "{:.{}f}", value, decimals);
     return;

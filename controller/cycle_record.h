@@ -1,4 +1,5 @@
-// One cycle of one axis, the input of log, CSV, black box and statistics, and the columns of a cycle.
+// The record of one cycle of one axis, from which log, CSV, black box and statistics are made. Also the
+// columns of such a record.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +34,7 @@ struct CyclePhases {
   can::Duration command_sent{};
   can::Duration execution{};  ///< execution time of the axis's step
 
-  /// From the received sample to the sent command; zero if no sample arrived.
+  /// Returns the time from the received sample to the sent command; zero if no sample arrived.
   can::Duration turnaround() const {
     return sample_heard == can::Duration::zero() ? sample_heard : command_sent - sample_heard;
   }
@@ -41,11 +42,11 @@ struct CyclePhases {
 
 struct CycleRecord {
   std::uint64_t cycle = 0;
-  double time_s = 0.0;  ///< time of the SYNC, since start
+  double time_s = 0.0;  ///< time of the SYNC since the controller's start
   std::size_t axis = 0;
   AxisReport report;
   double amplifier_output = 0.0;  ///< output in the last received status, drive units
-  /// Age of the last received status at `time_s`; NaN: no status.
+  /// Age of the last received status at the time `time_s`; NaN if no status has arrived.
   double amplifier_output_age_s = std::numeric_limits<double>::quiet_NaN();
   CyclePhases phases{};
   CycleCounters counters{};  ///< counters of the controller at the time of the record
@@ -68,7 +69,7 @@ struct CycleColumn {
     limits   ///< the bits of `limit`; in CSV their names: slew+model
   };
   std::string_view name;
-  std::string_view unit;  ///< "drive": the axis's drive unit; empty: none
+  std::string_view unit;  ///< unit; "drive" means the drive unit of the axis; empty: no unit
   std::string_view meaning;
   Kind kind = Kind::number;
   int decimals = 0;
@@ -79,18 +80,19 @@ struct CycleColumn {
 std::span<const CycleColumn> cycle_columns();
 /// Returns the column with this name, or null.
 const CycleColumn* find_cycle_column(std::string_view name);
-/// Returns the words of a column by their number, for `limits` by their bit; empty if the column has none.
+/// Returns the words that the values of a column stand for. A value is the index of its word; a column of
+/// kind `limits` has one word for each bit. Returns nothing if the column has no words.
 std::vector<std::string> words_of(const CycleColumn& column);
 
-/// Comment line above the CSV header.
+/// The comment line above the header of a CSV file.
 inline constexpr std::string_view cycle_units =
     "# drive and amplifier_output in the axis's drive unit; error = reference - position\n";
-/// Appends the names of the columns, separated by commas, without an end of line.
+/// Appends the names of the columns to `text`, separated by commas, without an end of line.
 void append_cycle_header(std::string& text);
-/// Appends the row, separated by commas, without an end of line.
+/// Appends the values of the record to `text`, separated by commas, without an end of line.
 void append_cycle_row(std::string& text, const CycleRecord& record, std::span<const std::string> axis_names);
 
-/// Appends the value with this number of decimals; nothing if the value is NaN.
+/// Appends the value with this number of decimals to `text`. Appends nothing if the value is NaN.
 void append_fixed(std::string& text, double value, int decimals);
 
 }  // namespace hystcan::controller

@@ -8,9 +8,9 @@
 //   input    drive of the command that answered SYNC(n-1), in effect from SYNC(n) until SYNC(n+1)
 //   output   position at SYNC(n), sampled when that drive takes effect: the response to earlier rows
 //
-// Every cycle of the excitation has a row, except the cycles of its first `lead_s` seconds; the ramps before
-// and after it have none. A cycle is omitted if its sample is missing, or if the record of the cycle before
-// is lost, because its input is then unknown.
+// Every cycle of the excitation has a row, except the cycles of its first `lead_s` seconds. The ramps before
+// and after the excitation have no rows. A cycle is omitted if its sample is missing, or if the record of the
+// cycle before is lost, because the input of the row is then unknown.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class ExcitationDataset {
  public:
   explicit ExcitationDataset(double lead_s = 0.0) : lead_s_(lead_s) {}
 
-  /// Returns the row of this cycle; `nullopt` if the cycle has none. Must be called with the records of all
+  /// Returns the row of this cycle; `nullopt` if the cycle has no row. Must be called with the records of all
   /// cycles in order, beginning before the axis tracks.
   std::optional<ExcitationRow> add(const CycleRecord& record);
 

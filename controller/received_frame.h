@@ -1,4 +1,4 @@
-// A message that the controller receives, with the axes that have signals in it (usually one). Each frame is
+// A message that the controller receives. Its signals belong to one axis, or to several axes. Each frame is
 // checked once for all of these axes.
 #pragma once
 

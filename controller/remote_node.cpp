@@ -128,7 +128,7 @@ bool RemoteNode::on_foreign_nmt(const can::Frame& frame) {
     case can::NmtCommand::reset_node:
     case can::NmtCommand::reset_communication:
       return true;
-    case can::NmtCommand::start:  // the node is started already
+    case can::NmtCommand::start:  // no effect: the node is started already
       break;
   }
   return false;  // a node ignores every other command
@@ -151,7 +151,7 @@ void RemoteNode::note_no_such_sync(std::uint8_t sync_counter) {
   note({.kind = NodeEvent::Kind::no_such_sync, .node = node_, .sync_counter = sync_counter});
 }
 
-// A frame after the next SYNC counts as inside the slot too: it may have waited for the bus.
+// A frame that arrives after the next SYNC counts as inside the slot too: it may have waited for the bus.
 void RemoteNode::note_background_frame(std::uint8_t sync_counter, unsigned slots) {
   constexpr unsigned certain = 3;  // one or two frames may have waited longer on a full bus
   const auto before = static_cast<std::uint8_t>(sync_counter - 1);

@@ -1,4 +1,5 @@
-// The controller's view of one other node: its heartbeat, its emergencies, and the state of its set-up.
+// The state of one other node on the bus, as the controller receives it: its heartbeat, its emergencies, and
+// the state of its set-up.
 #pragma once
 
 #include <array>
@@ -31,9 +32,9 @@ struct NodeEvent {
     not_set_up,
     foreign_nmt,
     foreign_sdo,
-    no_such_sync,       ///< a sample contains a counter that no SYNC has
+    no_such_sync,       ///< a sample contains a SYNC counter that no SYNC has
     outside_slot,       ///< heartbeats and statuses arrive outside the slot of the node
-    another_controller  ///< the node id is unknown
+    another_controller  ///< another controller sends; its node id is unknown
   };
   Kind kind = Kind::emergency;
   std::uint8_t node = 0;
@@ -44,19 +45,21 @@ struct NodeEvent {
   std::uint8_t sync_counter = 0;  ///< for no_such_sync and outside_slot
   unsigned slots = 0;             ///< for outside_slot: slots of a round
   ForeignFrame frame{};           ///< for another_controller
-  std::uint32_t times = 1;        ///< number of consecutive events of this kind before the first was taken
+  std::uint32_t times = 1;        ///< number of equal consecutive events that this event stands for
 };
 static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
 
-/// True for the same failure of the same node: equal kind and code.
+/// True if both events report the same: kind, node, code, command, object and frame are equal.
 bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other);
-/// True for an emergency that only reports the end of an error (CiA 301: 00xx, "error reset or no error").
+/// True if the event is an emergency that only reports the end of an error (CiA 301: code 00xx, "error reset
+/// or no error").
 bool is_all_clear(const NodeEvent& event);
 
 /// Example: "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
 std::string describe(const NodeEvent& event);
 
-/// Commands and requests of other nodes to a node that only this controller commands.
+/// Numbers of commands and requests that other nodes have sent to a node that only this controller may
+/// command.
 struct ForeignAccess {
   std::uint64_t nmt = 0;
   std::uint64_t sdo_writes = 0;
@@ -65,11 +68,11 @@ struct ForeignAccess {
 /// Example: "2 NMT commands, 1 SDO write, 30 SDO reads of another node". Empty if there was no access.
 std::string describe(const ForeignAccess& access);
 
-/// Meaning of a received heartbeat.
+/// The meaning of a received heartbeat.
 enum class Heartbeat : std::uint8_t { rejected, boot_up, new_state, as_before };
 
-/// One remote node. It is set up before it is started, and again after each boot-up, because it may have lost
-/// its set-up.
+/// One remote node. The node is set up before it is started. It is set up again after each boot-up, because
+/// it may have lost its set-up.
 class RemoteNode {
  public:
   RemoteNode(std::uint8_t node, can::Duration heartbeat_timeout, can::SdoSetup setup);
@@ -77,15 +80,16 @@ class RemoteNode {
   Heartbeat on_heartbeat(const can::Frame& frame, can::Time now);
   void on_emergency(const can::Frame& frame);
   void on_sdo(const can::Frame& frame);
-  /// Records an NMT frame, or an SDO request to this node, from another node. Returns true if it may change
-  /// what the node does. If it may have changed the set-up, the node is set up again before it is used again.
+  /// Records an NMT frame, or an SDO request to this node, from another node. Returns true if the frame may
+  /// change what the node does. If the frame may have changed the set-up of the node, the node is set up
+  /// again before it is used again.
   bool on_foreign_nmt(const can::Frame& frame);
   bool on_foreign_sdo(const can::Frame& frame);
-  /// Records a sample of this node with a `SyncCounter` that no SYNC has.
+  /// Records that a sample of this node contains a SYNC counter that no SYNC has.
   void note_no_such_sync(std::uint8_t sync_counter);
-  /// Records a heartbeat, or a status that no event has caused, which arrived after this SYNC. When the
-  /// number of such frames outside the node's slot exceeds the number inside by three, makes one event for
-  /// the log.
+  /// Records a heartbeat or a periodic status, which arrived after the SYNC with this counter. Such frames
+  /// must arrive in the slot of the node. If three more frames have arrived outside the slot than inside,
+  /// makes one event for the log.
   void note_background_frame(std::uint8_t sync_counter, unsigned slots);
 
   std::uint8_t node() const { return node_; }
@@ -101,16 +105,17 @@ class RemoteNode {
   const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
   const can::E2eChecker& sdo_checker() const { return sdo_checker_; }
   const ForeignAccess& foreign_access() const { return foreign_; }
-  /// Returns the number of frames outside the node's slot; 0 if the node keeps its slot.
+  /// Returns the number of frames that arrived outside the node's slot; 0 if the node keeps its slot.
   std::uint64_t outside_slot() const { return keeps_slot_ ? 0 : outside_slot_; }
 
   /// Called after the bus was off: discards the node's state and set-up, which may not be valid any more.
   void forget();
 
-  /// Returns the next request of the set-up if the node is present.
+  /// Returns the next request of the set-up. Returns `nullopt` if no request is due, or if the node is absent
+  /// or stopped.
   std::optional<can::Frame> poll_setup(can::Time now);
   bool setup_has_failed() const { return setup_.has_failed(); }
-  /// Tries a failed set-up once more.
+  /// If the set-up has failed, tries it once more.
   void retry_setup();
 
   /// True if the node has booted up since the last call.
@@ -135,7 +140,7 @@ class RemoteNode {
   can::SdoSetup setup_;
   ForeignAccess foreign_;
   std::uint64_t outside_slot_ = 0;
-  unsigned more_outside_ = 0;  ///< frames outside its slot minus frames inside
+  unsigned more_outside_ = 0;  ///< frames outside the slot minus frames inside, at least 0
   bool keeps_slot_ = true;
   bool failure_noted_ = false;
   bool alarm_ = false;

@@ -21,7 +21,7 @@ std::optional<Refusal> disable(Axis& axis) {
   return std::nullopt;
 }
 
-/// Clears the axis. A node whose set-up has failed is set up once more.
+/// Clears the fault of the axis. If the set-up of one of its nodes has failed, tries this set-up once more.
 std::optional<Refusal> clear(WiredAxis& wired) {
   if (const std::optional<Refusal> refusal = wired.axis.clear()) return refusal;
   for (RemoteNode* node : wired.nodes()) node->retry_setup();

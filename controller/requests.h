@@ -16,7 +16,7 @@ namespace hystcan::controller {
 struct Request {
   enum class Kind : std::uint8_t {
     enable,   ///< from offline to tracking
-    disable,  ///< ramp to the safe drive, switch off
+    disable,  ///< ramp to the safe drive, then switch off
     clear,    ///< clear the latched fault
     go_to,    ///< move from the configured reference to `position_um`
     resume,   ///< return to the configured reference
@@ -32,7 +32,7 @@ struct Request {
   std::uint64_t cycle = 0;           ///< the last cycle before the request took effect
 };
 
-/// One thread requests; one other thread, the control thread, answers.
+/// Carries requests from one thread to the control thread, and the answers back.
 class RequestLink {
  public:
   RequestLink();
@@ -51,9 +51,9 @@ class RequestLink {
   void answer(Request* request);
 
  private:
-  struct Rings;  // keeps Boost's headers out of this one
+  struct Rings;  // keeps Boost's headers out of this header
   std::unique_ptr<Rings> rings_;
-  std::size_t unanswered_ = 0;  ///< only the requesting thread uses this counter
+  std::size_t unanswered_ = 0;  ///< number of unanswered requests; used only by the requesting thread
 };
 
 /// Executes a request on the control thread, between two cycles.

@@ -15,16 +15,16 @@ class SampleFrame : public ReceivedFrame {
  public:
   using ReceivedFrame::ReceivedFrame;
 
-  /// Adds the signal of a SYNC counter. Axes may share one counter or have one each. Returns the place of the
-  /// counter with this name.
+  /// Adds a SYNC counter by the name of its signal. Several axes may share one counter. Returns the place of
+  /// the counter, which is the same for the same name.
   std::size_t add_sync_counter(const std::string& signal);
   /// True if this frame and an earlier, different frame were both accepted with the same SYNC counter. An
-  /// identical repeated frame does not count. Decided once for each frame.
+  /// identical repeated frame does not count. The answer is computed once for each frame.
   bool is_doubled(std::size_t place, std::uint8_t sync_counter, const can::Frame& frame, std::uint64_t cycle);
 
  private:
   struct NamedSync {
-    std::uint64_t cycle = 0;  ///< cycle of the frame; 0: no frame has arrived yet
+    std::uint64_t cycle = 0;  ///< cycle in which the frame arrived; 0: no frame has arrived
     can::Frame frame{};
   };
   struct SyncCounter {

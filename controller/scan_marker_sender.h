@@ -15,8 +15,8 @@ class ScanMarkerSender {
  public:
   explicit ScanMarkerSender(can::Layout<can::ScanMarker> layout) : encode_(std::move(layout)) {}
 
-  /// Called once for each step of the axis. A marker becomes due when a line begins; it replaces one that was
-  /// not sent.
+  /// Called once for each step of the axis. When a line of the raster begins, a marker becomes due. It
+  /// replaces an earlier marker that has not been sent.
   void note(const AxisReport& report, std::uint8_t sync_counter);
   bool is_due() const { return due_.has_value(); }
   /// Returns false if the bus refused the frame, which then stays due.

@@ -15,15 +15,15 @@ namespace hystcan::controller {
 
 class SensorLink : public RemoteNode {
  public:
-  /// `index`: index of its axis.
+  /// `index`: index of the sensor's axis in the controller.
   SensorLink(const can::AxisWire& wire, std::size_t index, can::Duration heartbeat_timeout,
              const can::Database& database, SharedFrames& frames);
 
   Heartbeat on_heartbeat(const can::Frame& frame, can::Time now);
-  /// Decodes the sample in a frame that samples() has accepted. Returns `nullopt` if its SYNC counter is not
-  /// valid; this is logged.
+  /// Decodes the sample in a frame that samples() has accepted. Returns `nullopt` and logs an event if the
+  /// SYNC counter in the sample is not valid.
   std::optional<can::SensorSample> on_sample(const can::Frame& frame, std::uint64_t cycle);
-  /// True if the last sample and a different one have the same SYNC counter (SampleFrame).
+  /// True if the last sample and a different earlier sample have the same SYNC counter (SampleFrame).
   bool is_doubled() const { return is_doubled_; }
   /// True if the sample belongs to this cycle. Samples without a SYNC counter belong to the cycle in which
   /// they arrive.
@@ -40,8 +40,8 @@ class SensorLink : public RemoteNode {
   /// any more.
   void on_bus_loss();
 
-  /// Fills `input` with the state of the sensor for the next step. Each event since the last step counts
-  /// once.
+  /// Fills `input` with the state of the sensor for the next step of the axis. An event since the last step
+  /// is reported once.
   void take_health(can::Time now, AxisInput& input);
   SampleFrame& samples() const { return samples_; }
 

@@ -11,7 +11,7 @@
 
 namespace hystcan::controller {
 
-/// Number of live setpoints with valid frames, by result.
+/// Numbers of live setpoints that arrived in valid frames, by result.
 struct SetpointCounters {
   std::uint64_t taken = 0;
   std::uint64_t not_tracking = 0;
@@ -20,7 +20,8 @@ struct SetpointCounters {
 
   std::uint64_t refused() const { return not_tracking + out_of_range + unknown_mode; }
 };
-/// Example: "2 live setpoints accepted, refused: 1 not tracking, 3 out of range". Empty if none has arrived.
+/// Describes the counters. Example: "2 live setpoints accepted, refused: 1 not tracking, 3 out of range".
+/// Returns an empty text if no setpoint has arrived.
 std::string describe(const SetpointCounters& counters);
 
 class SetpointReceiver {

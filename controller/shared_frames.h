@@ -18,7 +18,7 @@ struct SharedFrames {
   std::vector<std::unique_ptr<ReceivedFrame>> statuses;
 };
 
-/// Returns the frame of this message; null if no axis has a signal in it yet.
+/// Returns the frame object of this message; null if no axis has a signal in the message yet.
 template <class Frame, class Payload>
 Frame* find_frame(const std::vector<std::unique_ptr<Frame>>& frames, const can::Layout<Payload>& layout) {
   const auto found = std::ranges::find_if(frames, [&](const auto& frame) {
@@ -27,7 +27,7 @@ Frame* find_frame(const std::vector<std::unique_ptr<Frame>>& frames, const can::
   return found == frames.end() ? nullptr : found->get();
 }
 
-/// Returns the frame of this message; creates it if there is none.
+/// Returns the frame object of this message. Creates it if there is none.
 template <class Frame, class Payload>
 Frame& make_frame(std::vector<std::unique_ptr<Frame>>& frames, const can::Layout<Payload>& layout,
                   const auto&... rest) {

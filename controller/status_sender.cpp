@@ -7,7 +7,8 @@
 namespace hystcan::controller {
 namespace {
 
-/// Returns the status of the axis. Its following error is limited to the width of the plausible positions.
+/// Returns the status of the axis. The following error in it is limited to the width of the range of
+/// plausible positions.
 can::ControllerStatus status_of(const Axis& axis) {
   const AxisReport& report = axis.report();
   can::ControllerStatus status{.state = static_cast<std::uint8_t>(axis.state()),

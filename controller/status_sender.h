@@ -1,4 +1,5 @@
-// Sends the ControllerStatus of one axis: with each heartbeat, and when state or cause have changed.
+// Sends the ControllerStatus of one axis: with each heartbeat, and when the state of the axis or the cause of
+// its fault has changed.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +15,10 @@ class StatusSender {
  public:
   StatusSender(const can::Database& database, const can::AxisWire& wire);
 
-  /// Returns the identifier of the status; `nullopt` if the database has no such message; then none is ever
-  /// due.
+  /// Returns the identifier of the status; `nullopt` if the database has no such message. In that case, no
+  /// status is ever due.
   std::optional<std::uint32_t> id() const;
-  /// Called with each heartbeat.
+  /// Makes a status due. Called with each heartbeat.
   void make_due() { due_ = true; }
   bool is_due(const Axis& axis) const;
   /// Returns false if the bus refused the frame, which then stays due.

@@ -1,10 +1,11 @@
-// The times of the cycles. Two SYNCs are at least half a cycle apart. A SYNC that is late by more than half a
-// cycle delays the deadlines of the later ones and the references of all axes by its lateness:
+// The times of the cycles. A cycle begins with its SYNC, and two SYNCs are at least half a cycle apart. If a
+// SYNC is late by more than half a cycle, its lateness also delays the deadlines of the later SYNCs and the
+// references of all axes:
 //
-//   reference time = time - waited,    waited = sum of these latenesses
+//   reference time = time - waited,    waited = sum of the latenesses of such SYNCs
 //
-// From SYNC to SYNC the reference time advances by half a cycle to one and a half cycles; if it waits, by at
-// most one cycle.
+// From SYNC to SYNC, the reference time advances by half a cycle to one and a half cycles. If the references
+// wait, it advances by at most one cycle.
 #pragma once
 
 #include <cstdint>
@@ -18,8 +19,8 @@ struct Cycle {
   std::uint8_t sync_counter = 0;
   can::Time sync_sent{};
   can::Duration lateness{};     ///< Delay of the SYNC after its deadline.
-  can::Duration sync_period{};  ///< Time since the SYNC before; zero for the first.
-  double dt_s = 0.0;            ///< Time since the SYNC before, or since start().
+  can::Duration sync_period{};  ///< Time since the SYNC before; zero for the first SYNC.
+  double dt_s = 0.0;            ///< Time since the SYNC before; for the first SYNC, since start().
 };
 
 class SyncClock {
@@ -29,7 +30,7 @@ class SyncClock {
   void start(can::Time now, can::Duration to_first_sync);
   /// Called when the next SYNC is sent.
   void begin_cycle(can::Time now);
-  /// Called if no more SYNC is sent: `now` is then the time of the last step of the axes.
+  /// Called if no more SYNC is sent. `now` is then the time of the last step of the axes.
   void end(can::Time now) { cycle_.sync_sent = now; }
 
   const Cycle& cycle() const { return cycle_; }

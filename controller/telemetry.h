@@ -1,4 +1,5 @@
-// The path from the control thread to all slow tasks: a lock-free ring that a separate thread empties.
+// The path of the cycle records from the control thread to all slow tasks: a lock-free ring that a separate
+// thread empties.
 #pragma once
 
 #include <atomic>
@@ -18,8 +19,8 @@
 
 namespace hystcan::controller {
 
-/// Passes cycle records to `consume` on another thread. push() neither waits nor allocates; if the ring is
-/// full, it drops the record and counts it.
+/// Passes cycle records to `consume`, which runs on another thread. push() neither waits nor allocates. If
+/// the ring is full, push() drops the record and counts it.
 class TelemetryThread {
  public:
   using Consumer = std::function<void(const CycleRecord&)>;
@@ -33,7 +34,7 @@ class TelemetryThread {
  private:
   void run();
 
-  struct Ring;  // keeps Boost's headers out of this one
+  struct Ring;  // keeps Boost's headers out of this header
   std::unique_ptr<Ring> ring_;
   Consumer consume_;
   std::atomic<std::uint64_t> dropped_{0};

@@ -28,7 +28,8 @@ void TimeStatistics::add(std::chrono::nanoseconds time) {
   ++histogram_[class_of(static_cast<std::uint64_t>(std::max<std::int64_t>(time.count(), 0)))];
 }
 
-/// The highest bit selects the doubling; the next `sub_bits` bits below it select the class within it.
+/// Returns the class of a time. The highest bit of the time selects the doubling; the next `sub_bits` bits
+/// select the class within the doubling.
 std::size_t TimeStatistics::class_of(std::uint64_t ns) {
   if (ns < std::uint64_t{1} << sub_bits) return ns;
   const auto shift = static_cast<unsigned>(std::bit_width(ns)) - 1 - sub_bits;

@@ -1,8 +1,9 @@
 // Statistics of the times of a cycle, collected on the control thread. They are always on, cost a few
-// nanoseconds each, and use fixed storage (Welford, Technometrics 4 (1962) 419):
+// nanoseconds each, and use fixed storage. Mean and standard deviation SD follow from each new time x_n
+// (Welford, Technometrics 4 (1962) 419):
 //
 //   mean_n = mean_(n-1) + (x_n - mean_(n-1)) / n
-//   S_n    = S_(n-1) + (x_n - mean_(n-1)) (x_n - mean_n)
+//   S_n    = S_(n-1) + (x_n - mean_(n-1)) (x_n - mean_n)     S_n: sum of squared differences from the mean
 //   SD     = sqrt(S_n / (n - 1))
 //
 // Quantiles are computed from a histogram. Its classes are 1 ns wide up to 64 ns; above that, each doubling
@@ -34,7 +35,8 @@ class TimeStatistics {
   void add(std::chrono::nanoseconds time);
 
   std::uint64_t count() const { return count_; }
-  /// Returns the smallest time that the share `q` (0..1) of all times does not exceed; 0 without any time.
+  /// Returns the quantile `q` (0..1): the smallest time that is not exceeded by the share `q` of all times.
+  /// Returns 0 if there are no times.
   double quantile_us(double q) const;
   TimeSummary summary() const;
 
@@ -47,17 +49,17 @@ class TimeStatistics {
 
   std::uint64_t count_ = 0;
   double mean_ns_ = 0.0;
-  double squares_ns2_ = 0.0;  ///< S_n: sum of the squared differences from the mean
+  double squares_ns2_ = 0.0;  ///< sum of the squared differences from the mean
   double max_ns_ = 0.0;
   std::array<std::uint64_t, classes> histogram_{};
 };
 
-/// Times of one controller since its start. Each cycle adds one time to each of the first two members, and
-/// one time per axis to each of the others.
+/// The times of one controller since its start. Each cycle adds one time to `period` and `lateness`, and one
+/// time per axis to the other members.
 struct CycleTiming {
   TimeStatistics period;      ///< from SYNC to SYNC
   TimeStatistics lateness;    ///< delay of the SYNC after its deadline
-  TimeStatistics turnaround;  ///< received sample (kernel's timestamp) to sent command; cycles with a sample
+  TimeStatistics turnaround;  ///< from the received sample (kernel's timestamp) to the sent command
   TimeStatistics execution;   ///< execution time of the axis's step
 };
 

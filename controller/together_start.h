@@ -1,6 +1,6 @@
-// Decides when the axes begin to track. All axes that are ready begin together. They do not wait for a
-// faulted or offline axis, and at most `timeout` for an axis that is not ready. An axis that becomes ready
-// while others track joins them: all references count from the same time.
+// Decides when the axes begin to track. All axes that are ready begin together. They do not wait for an axis
+// that is faulted or offline, and they wait at most `timeout` for an axis that is starting up. An axis that
+// becomes ready while others track joins them: the references of all axes count from the same time.
 #pragma once
 
 #include <optional>
@@ -19,7 +19,7 @@ class TogetherStart {
 
   /// Called once per cycle, before the axes are stepped. `reference_s`: the present reference time.
   void step(const WiredAxes& axes, can::Time now, double reference_s);
-  /// Reference time when the axes began to track; `nullopt`: an axis that is ready does not begin yet.
+  /// Returns the reference time at which the axes began to track. Returns `nullopt` while no axis may begin.
   const std::optional<double>& tracking_since_s() const { return tracking_since_s_; }
 
  private:

@@ -41,7 +41,8 @@ void WiredAxis::on_another_controller(const ForeignFrame& frame, double time_s) 
 std::optional<NodeEvent> WiredAxis::take_event() {
   if (const auto frame = std::exchange(foreign_frame_, std::nullopt))
     return NodeEvent{.kind = NodeEvent::Kind::another_controller, .frame = *frame};
-  // Alternately: a node that sends emergencies in every cycle does not hide the events of the other node.
+  // The nodes take turns, so that a node with emergencies in every cycle does not hide the events of the
+  // other node.
   for (int tries = 0; tries < 2; ++tries) {
     RemoteNode* node = nodes()[sensor_has_the_turn_ ? 0 : 1];
     sensor_has_the_turn_ = !sensor_has_the_turn_;

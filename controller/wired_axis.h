@@ -1,5 +1,5 @@
-// One axis and its connection to the bus: the axis itself, and the links to its two nodes with the codecs of
-// their frames.
+// One axis and its connection to the bus: the axis itself, the links to its two nodes, and the frames of the
+// axis.
 #pragma once
 
 #include <array>
@@ -40,14 +40,15 @@ struct WiredAxis {
   ~WiredAxis() = default;
 
   std::array<RemoteNode*, 2> nodes() { return {&sensor, &amplifier}; }
-  /// Faults the axis, unless it is offline; ends the ramp of a faulted axis. The frame is logged once per
-  /// fault.
+  /// Called when a frame of another controller arrives. Faults the axis, unless it is offline; if the axis
+  /// has already faulted, ends its ramp. The frame is logged once per fault.
   void on_another_controller(const ForeignFrame& frame, double time_s);
-  /// Returns the oldest event that was not taken yet, alternately from amplifier and sensor; first the frame
-  /// of another controller.
+  /// Returns the next event for the log, or `nullopt`. A frame of another controller is first. Then the
+  /// oldest events of amplifier and sensor follow alternately.
   std::optional<NodeEvent> take_event();
-  /// Appends the rejected frames of every message that this axis receives. Skips a frame that an earlier axis
-  /// has counted, and the messages of `nodes`, which are counted already.
+  /// Appends to `all` the numbers of rejected frames of every message that this axis receives. Skips a frame
+  /// that an earlier axis has counted, and the nodes in `nodes`, which are counted already. Adds its own
+  /// nodes to `nodes`.
   void append_rejected(std::vector<can::RejectedFrames>& all, std::set<std::uint8_t>& nodes) const;
 
   can::AxisWire wire;
@@ -61,9 +62,9 @@ struct WiredAxis {
   CyclePhases phases{};  ///< times of this cycle's step
 
  private:
-  std::optional<ForeignFrame> foreign_frame_;    ///< for the log
+  std::optional<ForeignFrame> foreign_frame_;    ///< frame of another controller, for the log
   std::optional<double> fault_that_named_it_s_;  ///< time of the last fault for which foreign_frame_ was set
-  bool sensor_has_the_turn_ = false;             ///< the sensor is the next to report an event
+  bool sensor_has_the_turn_ = false;  ///< true: the sensor reports the next event, otherwise the amplifier
 };
 
 /// The axes of a controller; their addresses do not change.
