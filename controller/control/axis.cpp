@@ -59,7 +59,7 @@ std::optional<Refusal> Axis::clear() {
 void Axis::trip(Cause cause, double time_s) {
   fall_.trip({cause, time_s}, controller::is_in_use(state_), config_.fault_ramp_per_s);
   state_ = AxisState::faulted;
-  memory_known_ = false;  // the path of the output to the safe drive is unknown
+  memory_known_ = false;  // the output moves to the safe drive on an unknown path
 }
 
 ClosedLoop* Axis::loop_for_live_setpoints() {
@@ -189,8 +189,7 @@ AxisInput Axis::examine(const AxisInput& input) {
   examined.dt_s -= input.waited_s - waited_s_;  // ramps, slew and law wait while the references wait
   const bool ramps = state_ == AxisState::initialising;
   output_check_.step(drive_, ramps ? config_.wipe_slew_per_s : config_.gate.slew_per_s, input);
-  // A position that does not change is explained by an output of the amplifier that does not follow the
-  // drive.
+  // If the amplifier's output does not follow the drive, this explains why the position does not change.
   const bool is_still = verdict.cause == Cause::position_frozen && output_check_.differs_for_s() > 0.0;
   if (verdict.cause != Cause::none) trip(is_still ? Cause::output_differs : verdict.cause, input.time_s);
   if (output_check_.differs_too_long(state_ == AxisState::initialising))

@@ -71,8 +71,8 @@ class Axis {
   ClosedLoop* closed_loop() { return closed_loop_ ? &*closed_loop_ : nullptr; }
   const ClosedLoop* closed_loop() const { return closed_loop_ ? &*closed_loop_ : nullptr; }
 
-  /// Returns the reference at this reference time. If the axis does not track a reference, returns the last
-  /// measured position.
+  /// Returns the reference at this reference time (sync_clock.h). If the axis does not track a reference,
+  /// returns the last measured position.
   double expected_um(double time_s) const;
 
   /// Returns the point of the reference at this reference time; `nullopt` if the axis does not track a

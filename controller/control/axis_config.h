@@ -22,7 +22,7 @@
 
 namespace hystcan::controller {
 
-/// The way in which an axis gets to know the memory of its actuator's hysteresis before it tracks.
+/// The source from which an axis takes the memory of its actuator's hysteresis before it tracks.
 enum class MemorySource : std::uint8_t {
   wipe,     ///< drives to both thresholds, which wipes all memory out
   assume,   ///< assumes that the drive rose monotonically from the lower threshold to the reported drive

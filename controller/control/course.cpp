@@ -49,7 +49,7 @@ void Course::plan(double cycle_s) {
   ago_ = static_cast<std::size_t>(std::round(pure_s / apart_s_));
 }
 
-/// Stores the present positions. Returns the positions at the time before now by the pure delays.
+/// Stores the present positions. Returns the positions from the time one pure delay ago.
 Course::Positions Course::delayed(const Positions& now, double dt_s) {
   auto& [past, newest, since_newest_s] = under_way_;
   for (since_newest_s += dt_s; since_newest_s >= 0.5 * apart_s_; since_newest_s -= apart_s_) {

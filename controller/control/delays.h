@@ -72,10 +72,11 @@ inline bool rings_between_samples(double cycles) {
 }
 
 /// Returns the feed-forward with which a chain of these moments outputs the reference r(t), to second order.
-/// `reference(x)` returns the reference x seconds from now. It is known in advance, so no derivative is
-/// needed. With the mean delay mu, the variance var and a cycle h, the result is
+/// `reference(x)` returns the reference x seconds from now. The reference is known in advance, so no
+/// derivative is needed. With the mean delay mu, the variance var and a cycle h, the result is
 ///   r(t + mu) - (var / 2) [r(t + mu + h) - 2 r(t + mu) + r(t + mu - h)] / h^2
-/// It neglects terms O(s^3) of the chain; the difference adds an error of (var / 24) h^2 r''''.
+/// The result neglects terms O(s^3) of the chain; the second difference adds an error of (var / 24) h^2
+/// r''''.
 template <class Reference>
 double second_order_preview(const Moments& moments, double h_s, const Reference& reference) {
   const double here = reference(moments.mean_s);

@@ -14,7 +14,7 @@ inline constexpr std::uint8_t range = 0x01;       ///< limited to drive_min or d
 inline constexpr std::uint8_t slew = 0x02;        ///< limited to slew * dt from the last drive
 inline constexpr std::uint8_t not_finite = 0x04;  ///< NaN or infinite: the last drive is held
 inline constexpr std::uint8_t model = 0x08;       ///< the demanded position is outside the model's range
-/// The model's branch does not increase at this position.
+/// The model cannot be inverted at the demanded position, because its branch does not increase there.
 inline constexpr std::uint8_t not_invertible = 0x10;
 }  // namespace limit
 

@@ -16,8 +16,8 @@ constexpr double ends_s = 0.01;
 /// Time constant in s with which a correction fades out when it ends.
 constexpr double fade_s = 0.02;
 
-/// An attempt to learn has failed if the error exceeds the error without learning by this factor in this
-/// number of consecutive periods.
+/// An attempt to learn has failed if the error exceeds the error without learning by `grown_factor` in
+/// `grown_periods` consecutive periods.
 constexpr double grown_factor = 1.3;
 constexpr unsigned grown_periods = 3;
 /// Duration in periods of a rest, in which a segment is not corrected. The last period of a rest measures the
@@ -106,8 +106,8 @@ void Learning::learn(const Trajectory::Point& point, std::optional<double> error
   Segment& segment = segments_[point.segment];
   const auto cycle =
       static_cast<std::size_t>(std::lround(std::max(point.shape_time_s, 0.0) * segment.cycles_per_s));
-  if (cycle < plan->phases) return interrupt();      // the first period still settles
-  if (cycle != segment.last_cycle + 1) interrupt();  // the sample of a cycle is missing
+  if (cycle < plan->phases) return interrupt();      // in the first period, the loop still settles
+  if (cycle != segment.last_cycle + 1) interrupt();  // the sample of the cycle before is missing
   segment.last_cycle = cycle;
   take(point.segment, segment.phase_at(point.shape_time_s), *error_um);
 }

@@ -49,7 +49,7 @@
 namespace hystcan::controller {
 
 enum class LearningState : std::uint8_t {
-  off,       ///< not configured, or no segment repeats
+  off,       ///< learning is not configured, or no segment repeats
   learning,  ///< corrects, and learns while the run is undisturbed
   frozen,    ///< corrects, but does not learn
   diverged,  ///< the error of a segment grew in each attempt: its correction is withdrawn permanently
@@ -76,7 +76,7 @@ class Learning {
     double rate = 0.5;                ///< share of the error that one period corrects, > 0 to 1
     double forget_percent = 0.2;      ///< share of the correction that is lost in each period
     double correction_max_um = 0.0;   ///< maximum absolute value of a correction
-    double resonance_percent = 10.0;  ///< the filter is designed for a resonance within this error
+    double resonance_percent = 10.0;  ///< the filter tolerates a resonance that differs by up to this
     bool frozen = false;              ///< corrects with the learnt values, but does not learn
     std::size_t ahead_cycles = 0;     ///< lead of the correction in the feed-forward, in whole cycles
     std::vector<Plan> plans{};  ///< one plan for each segment; plan_learning() designs ahead_cycles and plans
@@ -92,7 +92,8 @@ class Learning {
     double correction_max_um = 0.0;  ///< largest correction of `segment` at the end of the judged period
   };
 
-  /// Throws std::invalid_argument if a plan contradicts itself.
+  /// Throws std::invalid_argument if the filter of a plan has an even number of taps, or more taps than
+  /// phases.
   explicit Learning(const Config& config);
 
   const Config& config() const { return config_; }
@@ -134,11 +135,11 @@ class Learning {
     double share;
   };
 
-  /// The judgement of a segment: is its error smaller with learning than without? Only periods that were
+  /// Judges whether the error of a segment is smaller with learning than without. Only periods that were
   /// undisturbed from start to end count.
   struct Judgement {
     metrics::ErrorStatistics present{};  ///< errors of the present period; a glitch counts only up to a limit
-    bool is_known = false;               ///< the following members are set
+    bool is_known = false;               ///< true: first_rms_um and first_largest_um are set
     double first_rms_um = 0.0, first_largest_um = 0.0;  ///< errors in the period without learning
     unsigned grown = 0;    ///< consecutive periods with an error larger than first_rms_um
     unsigned resting = 0;  ///< remaining periods without correction after a failed attempt
@@ -168,7 +169,7 @@ class Learning {
   /// The correction that is output. It follows its target; if the target begins or ends, the jump fades out.
   struct Output {
     double last_um = 0.0;
-    double fading_um = 0.0;  ///< remaining part of the jump
+    double fading_um = 0.0;  ///< part of a jump that has not faded out yet
     bool follows = false;
     double step(const std::optional<double>& target_um, double decay);
   };

@@ -10,13 +10,16 @@ constexpr double smallest_turn = 1.0 / 32.0;  // share of the amplitude: a small
 // Share of the swing of the previous two half-periods. A smaller reversal of the error is only the mode,
 // which rings while the drive rests.
 constexpr double smallest_share = 1.0 / 8.0;
-constexpr std::size_t few = 4, many = 8;     // numbers of pairs of half-periods that are compared
-constexpr double fast_growth = 4.0;          // minimum ratio of the newest to the oldest of `few` pairs
-constexpr double slow_growth = 1.5;          // minimum ratio of the newest to the oldest of `many` pairs
-constexpr double before_growth = 1.0 / 8.0;  // excludes a knock: the error before a knock is small
+constexpr std::size_t few = 4, many = 8;  // numbers of pairs of half-periods that are compared
+constexpr double fast_growth = 4.0;       // minimum ratio of the newest to the oldest of `few` pairs
+constexpr double slow_growth = 1.5;       // minimum ratio of the newest to the oldest of `many` pairs
+// Minimum swing before the newest pair, as a share of the limit: a knock has a small swing before it.
+constexpr double before_growth = 1.0 / 8.0;
 constexpr double no_decay = 0.95;  // minimum ratio of the newest swings to those eight half-periods earlier
-constexpr std::size_t unevenness = 4;   // maximum ratio of cycles beyond the middle, within one direction
-constexpr std::size_t longer_way = 16;  // maximum ratio of cycles beyond the middle, between directions
+// Maximum ratio of the longest to the shortest half-period of one direction.
+constexpr std::size_t unevenness = 4;
+// Maximum ratio of the longest to the shortest half-period of both directions.
+constexpr std::size_t longer_way = 16;
 constexpr std::size_t short_spike = 4;  // maximum length of a spike, in cycles
 constexpr double step_response = 1.5;   // ratio of a mode's swing after a step to twice the step
 // Factor by which a mode with a damping of 0.017 amplifies the second differences of the reference.

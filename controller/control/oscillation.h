@@ -9,7 +9,8 @@
 //   s_k    swing (peak to peak) of half-period k
 //   p_j    swing of pair j, p_j = max(s_(2j), s_(2j+1)),  j = 0, 1, ...; a single sampled peak varies more
 //
-//   grows   p_0 >= 2 T,  p_1 >= 2 T / 8,   p_0 > p_1 > ... > p_n,  p_0 > 4 p_3 or p_0 > 1.5 p_7
+//   grows   p_0 >= 2 T,  p_1 >= 2 T / 8,   and either p_0 > p_1 > p_2 > p_3 with p_0 > 4 p_3,
+//           or p_0 > p_1 > ... > p_7 with p_0 > 1.5 p_7
 //   stays   p_j >= 2 T for j = 0..7,       max(p_0..p_3) >= 0.95 max(p_4..p_7)
 //
 // The loop is unstable if one of the two lines holds. "stays" finds slow growth, and the limit cycle in which

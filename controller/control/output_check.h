@@ -46,7 +46,7 @@ class OutputCheck {
   std::array<model::Interval, 3> spans_{};
   double span_s_ = 0.0;  ///< elapsed time of the present span
   double status_age_s_ = 0.0;
-  bool agrees_ = true;  ///< true if the output in the last status agreed
+  bool agrees_ = true;  ///< true if the output in the last status agreed with the drive
   double differs_for_s_ = 0.0;
 };
 

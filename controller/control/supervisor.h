@@ -30,18 +30,18 @@ struct NodeHealth {
   bool bus_on = true;          ///< not bus-off
   bool bus_passive = false;    ///< our own CAN controller is error-passive
   bool commands_late = false;  ///< two commands have been queued but have not reached the wire
-  bool sensor_alive = false;   ///< its last heartbeat was received in time
+  bool sensor_alive = false;   ///< the sensor's last heartbeat was received in time
   bool sensor_operational = false;
   bool amplifier_alive = false;
   bool amplifier_operational = false;
   bool restarted = false;          ///< a node booted up since the last cycle
   bool emergency = false;          ///< a node sent an EMCY other than "no error" since the last cycle
-  bool amplifier_ready = false;    ///< its last status reported ready or enabled
-  bool amplifier_enabled = false;  ///< its last status reported enabled
-  bool amplifier_fault = false;    ///< its last status reported a fault
-  double amplifier_output = 0.0;   ///< output in its last status, drive units
+  bool amplifier_ready = false;    ///< the amplifier's last status reported ready or enabled
+  bool amplifier_enabled = false;  ///< the amplifier's last status reported enabled
+  bool amplifier_fault = false;    ///< the amplifier's last status reported a fault
+  double amplifier_output = 0.0;   ///< output in the amplifier's last status, drive units
   bool output_reported = false;    ///< the amplifier sends statuses with its output
-  bool amplifier_moves = false;    ///< no status has shown its output at rest yet
+  bool amplifier_moves = false;    ///< no status has shown the amplifier's output at rest yet
   double status_age_s = 0.0;       ///< age of the last status; 0 if the amplifier sends none
 };
 
@@ -98,7 +98,7 @@ class Supervisor {
   };
   struct Verdict {
     Cause cause = Cause::none;
-    std::optional<double> position_um;  ///< `nullopt`: no sample may be used
+    std::optional<double> position_um;  ///< accepted position; `nullopt`: no sample may be used in this cycle
   };
 
   explicit Supervisor(const Config& config) : config_(config) {}
@@ -133,8 +133,8 @@ class Supervisor {
   /// bridged; several in a row trip.
   unsigned lost_tenths_ = 0;
   struct Lost {
-    /// Numbers of consecutive lost samples: in total, and by reason. `in_long_cycles` counts those in cycles
-    /// in which SYNCs were omitted.
+    /// Numbers of consecutive lost samples: in total, and by reason. `in_long_cycles` counts the samples that
+    /// were lost in cycles with omitted SYNCs.
     unsigned all = 0, late = 0, in_long_cycles = 0, jumped = 0;
   };
   Lost lost_in_a_row_;
