@@ -102,8 +102,8 @@ class Controller {
   /// True if a request has asked for the end of the run. The program that runs the controller must then end
   /// the run.
   bool asked_to_stop() const { return asked_to_stop_; }
-  /// True if another controller was already active on the bus. This controller has sent nothing then, and
-  /// sends nothing.
+  /// True if another controller was already active on the bus. In this case, this controller has not sent a
+  /// frame and will not send one.
   bool keeps_silent() const { return phase_ == Phase::silent; }
   /// Sends every amplifier the safe command immediately. Called before the program exits.
   void send_safe_commands();
@@ -168,12 +168,13 @@ class Controller {
   WiredAxes axes_;
   /// Handlers of received frames. Key: identifier, and true if the identifier is extended.
   std::multimap<std::pair<std::uint32_t, bool>, can::Bus::FrameHandler> handlers_;
-  RequestLink* requests_ = nullptr;  ///< Null if there are no requests.
+  RequestLink* requests_ = nullptr;  ///< Link with the requests; null if there is none.
   bool asked_to_stop_ = false;
   BackgroundFrames background_;
   std::unique_ptr<can::Bus> bus_;
   std::unique_ptr<can::Timer> sync_timer_;
-  std::unique_ptr<can::Timer> command_timer_;  ///< Null if no axes share a command frame.
+  /// Timer for command_deadline; null if no axes share a command frame.
+  std::unique_ptr<can::Timer> command_timer_;
   Phase phase_ = Phase::off;
   SyncClock clock_;
   TogetherStart together_;

@@ -62,10 +62,10 @@ static_assert(std::is_trivially_copyable_v<CycleRecord>, "records cross threads 
 struct CycleColumn {
   enum class Kind : std::uint8_t {
     whole,   ///< an integer
-    number,  ///< fixed point, with `decimals`
+    number,  ///< a number with `decimals` digits after the point
     axis,    ///< the index of the axis; in CSV its name
-    state,   ///< an AxisState
-    cause,   ///< a Cause
+    state,   ///< the number of an AxisState; in CSV its name
+    cause,   ///< the number of a Cause; in CSV its name
     limits   ///< the bits of `limit`; in CSV their names: slew+model
   };
   std::string_view name;

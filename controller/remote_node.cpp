@@ -153,7 +153,7 @@ void RemoteNode::note_no_such_sync(std::uint8_t sync_counter) {
 
 // A frame that arrives after the next SYNC counts as inside the slot too: it may have waited for the bus.
 void RemoteNode::note_background_frame(std::uint8_t sync_counter, unsigned slots) {
-  constexpr unsigned certain = 3;  // one or two frames may have waited longer on a full bus
+  constexpr unsigned certain = 3;  // one or two frames may be late because the bus is full
   const auto before = static_cast<std::uint8_t>(sync_counter - 1);
   if (can::is_in_slot(node_, sync_counter, slots) || can::is_in_slot(node_, before, slots)) {
     if (more_outside_ > 0) --more_outside_;

@@ -40,11 +40,11 @@ struct NodeEvent {
   std::uint8_t node = 0;
   can::Emergency emergency{};
   can::SdoFailure failure{};
-  can::NmtCommand command{};      ///< for foreign_nmt
-  can::SdoObject object{};        ///< for foreign_sdo
-  std::uint8_t sync_counter = 0;  ///< for no_such_sync and outside_slot
-  unsigned slots = 0;             ///< for outside_slot: slots of a round
-  ForeignFrame frame{};           ///< for another_controller
+  can::NmtCommand command{};      ///< the foreign command; only for the kind foreign_nmt
+  can::SdoObject object{};        ///< the written object; only for the kind foreign_sdo
+  std::uint8_t sync_counter = 0;  ///< SYNC counter; only for the kinds no_such_sync and outside_slot
+  unsigned slots = 0;             ///< number of slots; only for the kind outside_slot
+  ForeignFrame frame{};           ///< the foreign frame; only for the kind another_controller
   std::uint32_t times = 1;        ///< number of equal consecutive events that this event stands for
 };
 static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");

@@ -45,7 +45,7 @@ RequestLink::~RequestLink() {
 
 bool RequestLink::ask(std::unique_ptr<Request> request) {
   if (unanswered_ == request_capacity || !rings_->requests.push(request.get())) return false;
-  static_cast<void>(request.release());  // the ring owns it now
+  static_cast<void>(request.release());  // the ring owns the request now
   ++unanswered_;
   return true;
 }

@@ -33,11 +33,11 @@ class SensorLink : public RemoteNode {
   void note_late_sample() { late_sample_ = true; }
   /// Called if the sample of this cycle arrived before the deadline of the command.
   void note_sample_in_time(std::uint64_t cycle) { heard_in_ = cycle; }
-  /// True while the controller waits for the next sample: the number of samples lost in succession is at most
-  /// `bridged`, the number that the axis tolerates.
+  /// True while the controller waits for the next sample. It does not wait any more if the number of
+  /// consecutive lost samples exceeds `bridged`, the number that the axis tolerates.
   bool is_awaited(std::uint64_t cycle, unsigned bridged) const { return cycle - heard_in_ <= bridged + 1ULL; }
-  /// Called after the bus was off or the interface down: discards the state of the node, which may not hold
-  /// any more.
+  /// Called after the bus was off or the interface down: discards the state of the node, which may not be
+  /// valid any more.
   void on_bus_loss();
 
   /// Fills `input` with the state of the sensor for the next step of the axis. An event since the last step
@@ -50,7 +50,7 @@ class SensorLink : public RemoteNode {
   SampleFrame& samples_;
   std::optional<std::size_t> sync_place_;  ///< Place of the SYNC counter; empty: samples have no counter.
   bool is_doubled_ = false;
-  bool late_sample_ = false;    ///< A sample arrived too late since the last step.
+  bool late_sample_ = false;    ///< True if a sample arrived too late since the last step.
   std::uint64_t heard_in_ = 0;  ///< The last cycle whose sample arrived in time.
 };
 

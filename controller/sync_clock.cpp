@@ -9,8 +9,8 @@ void SyncClock::start(can::Time now, can::Duration to_first_sync) {
   deadline_ = now + to_first_sync;
 }
 
-/// Missed cycles are not made up for: if a SYNC is more than half a cycle late, deadlines and references
-/// continue from the time of this SYNC.
+/// Begins a cycle. Missed cycles are not repeated: if a SYNC is more than half a cycle late, deadlines and
+/// references continue from the time of this SYNC.
 void SyncClock::begin_cycle(can::Time now) {
   const bool is_first = cycle_.sync_counter == 0;
   const can::Duration since_last = now - cycle_.sync_sent;

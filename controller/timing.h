@@ -41,7 +41,8 @@ class TimeStatistics {
   TimeSummary summary() const;
 
  private:
-  static constexpr unsigned sub_bits = 5;   ///< 32 classes per doubling
+  /// Number of bits that select a class: 2^5 = 32 classes per doubling of the time.
+  static constexpr unsigned sub_bits = 5;
   static constexpr unsigned top_bits = 36;  ///< the last class begins below 2^36 ns
   static constexpr std::size_t classes = (top_bits - sub_bits + 1) << sub_bits;
   static std::size_t class_of(std::uint64_t ns);
