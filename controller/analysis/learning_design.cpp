@@ -19,7 +19,7 @@ constexpr std::size_t most_taps = 97;
 constexpr double regularisation = 0.02;
 
 /// Returns the factor per period with which an error falls to a tenth within 20 periods at the default rate.
-/// An error with a smaller factor counts as learnt soon.
+/// With a lower learning rate, the factor is larger. An error with a smaller factor counts as learnt soon.
 double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
 /// A number of cycles that differs from a whole number by less than this counts as whole.

@@ -45,7 +45,8 @@ struct LearningDesign {
   double highest_Hz = 0.0;
   double slowest_Hz = 0.0;       ///< frequency below highest_Hz at which learning is slowest
   double slowest_periods = 0.0;  ///< periods until the error at slowest_Hz has fallen to a tenth
-  /// Maximum factor of an error per period, over all resonances and frequencies.
+  /// Largest factor by which an error changes from one period to the next, over all resonances and
+  /// frequencies.
   double largest_growth = 0.0;
   double resonance_percent = 0.0;
 };

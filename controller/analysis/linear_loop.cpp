@@ -94,7 +94,8 @@ class FrequencySweep {
       before = theta[i];
       was = here;
     }
-    if (was.real() < 0.0) at_180_ = std::max(at_180_, std::abs(was));  // real at half the rate
+    // The response at half the rate is real.
+    if (was.real() < 0.0) at_180_ = std::max(at_180_, std::abs(was));
     found_.peak_sensitivity = 1.0 / std::sqrt(least_distance_);
     found_.gain_margin = at_180_ > 0.0 ? 1.0 / at_180_ : std::numeric_limits<double>::infinity();
     found_.stable = is_unturned(turned);

@@ -34,11 +34,13 @@ namespace hystcan::controller {
 //   E_i       sum over all later cycles of pole i, E_i = e^{p_i tau} / (1 - e^{p_i T} w)
 
 /// Returns the plant as a recursion from cycle to cycle, without a notch. `longer_s` is added to the pure
-/// delays. Throws std::invalid_argument if a parameter is not finite or out of range. The members of the
-/// result are (symbols: above, "The linear plant in the samples"):
+/// delays. Throws std::invalid_argument if a parameter is not finite or out of range. With the cycle T, the
+/// delay d of j cycles or less, and tau = j T - d, the members of the result are:
 ///
-///   share      c_i e^{p_i tau} held,  c_i e^{p_i tau} / (p_i T) interpolated
+///   share      c_i e^{p_i tau} held,  c_i e^{p_i tau} / (p_i T) interpolated; one for each pole p_i
 ///   constant   (tau - sum c_i / p_i) / T
+///
+/// c_i is the coefficient of the pole p_i in the step response of the plant.
 PlantRecursion::Config held_plant(const Delays& delays, double cycle_s, double longer_s = 0.0);
 
 /// Returns the response of the plant at the frequency f, with theta = 2 pi f T. T is the cycle, so theta is

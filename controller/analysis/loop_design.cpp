@@ -181,7 +181,8 @@ void require(const CautiousRule& rule) {
 /// Returns the resonance frequencies, in Hz, of the plants that corners_of() returns.
 std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cycle_s) {
   constexpr int fewest = 5;
-  constexpr double share_of_rate = 0.02, without_mode = 1e3;  // step, and a resonance far above the rate
+  // Shares of the rate: step of the resonances, and a resonance that has no effect.
+  constexpr double share_of_rate = 0.02, without_mode = 1e3;
   const double rate_Hz = 1.0 / cycle_s, half_Hz = 0.5 * rate_Hz;
   const bool has_end = std::isfinite(resonance_Hz.hi);
   const double last_Hz = std::min(resonance_Hz.hi, std::max(resonance_Hz.lo, half_Hz) + rate_Hz);

@@ -90,7 +90,7 @@ std::vector<LoopConfig> designs(const LoopConfig& config, const PlantUncertainty
 
 struct JudgedLoop {
   Margins margins;  ///< margins with the plant of the configuration
-  Margins worst;    ///< worst value of each margin at the corners
+  Margins worst;    ///< worst value of each margin at the corners of the uncertainty
 };
 JudgedLoop judge(const LoopConfig& config, const PlantUncertainty& uncertainty);
 
