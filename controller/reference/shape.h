@@ -15,7 +15,7 @@
 //   r                 position
 //   w                 rises from 0 to 1 within fade_s, is 1 for duration_s, and falls to 0 within fade_s
 //   T                 duration_s
-//   A, f_0, f_1       amplitude, first and last frequency of the chirp; during a fade, it is constant
+//   A, f_0, f_1       amplitude, first and last frequency of the chirp; the frequency is constant in a fade
 //   a_k, f_k, phi_k   amplitude, frequency and phase of sine k
 //
 // If the configuration gives no phases, phi_k are Schroeder's phases, which keep the peak of the sum low (M.

@@ -96,8 +96,9 @@ class Transition {
 //
 //   |r_new(t_0 + mu) - r_old(t_0 + mu)|
 //
-// This is up to mu |v| if the reference stops from the velocity v, and up to 2 mu |v| if it turns. No limit
-// of slew or acceleration prevents this jump. With the lead, the drive moves as smoothly as the reference.
+// The jump is up to mu |v| if the reference stops from the velocity v, and up to 2 mu |v| if it turns. No
+// limit of slew or acceleration prevents this jump. With the lead, the drive moves as smoothly as the
+// reference.
 //
 // The lead is stored as points with straight lines between them, which rounds a corner over h / 32.
 
