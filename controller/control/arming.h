@@ -63,10 +63,10 @@ class ArmingBlocks {
 };
 static_assert(arming_block_count <= 16, "an ArmingBlocks has a bit for each ArmingBlock");
 
-/// Returns the conditions up to `sample` that are missing: for each node only the first one, because the
-/// later ones depend on it. For an amplifier that is ready, returns both amplifier_output and amplifier_rest
-/// if both are missing. The output may be outside the gate's range by 1 % of this range, because its
-/// measurement has an error.
+/// Returns the conditions up to `sample` that are missing: for each node only the first condition, because
+/// the later conditions depend on it. For an amplifier that is ready, returns both amplifier_output and
+/// amplifier_rest if both are missing. The output may be outside the gate's range by 1 % of this range,
+/// because its measurement has an error.
 ArmingBlocks arming_blocks_of(const AxisInput& input, const Gate::Config& gate);
 
 /// Tries to clear the amplifier's fault for half a second, starting when the amplifier is operational. If the

@@ -90,7 +90,7 @@ class Axis {
   void finish();
 
   AxisState state() const { return state_; }
-  /// True if a sample and a command are expected in every cycle.
+  /// True if the axis expects a sample and sends a command in every cycle.
   bool is_in_use() const { return controller::is_in_use(state_) || fall_.state() == Fall::State::ramping; }
   const Fault& fault() const { return fall_.fault(); }
   const AxisReport& report() const { return report_; }

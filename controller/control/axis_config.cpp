@@ -8,8 +8,8 @@
 namespace hystcan::controller {
 namespace {
 
-/// The ringing of a mode decays in three time constants. If the configured damping is very small, this time
-/// would be too long, so it is limited to two seconds.
+/// The ringing of a mode decays in three time constants. With a very small configured damping, three time
+/// constants would be too long, so the time is limited to two seconds.
 constexpr double decays = 3.0, longest_decay_s = 2.0;
 
 /// Shares by which a stage may be less steep than its model. A straight line as a model gives only the

@@ -25,7 +25,7 @@ constexpr auto words(AxisState) {
 }
 constexpr std::string_view to_string(AxisState state) { return word_of(state); }
 inline constexpr std::size_t axis_state_count = every<AxisState>().size();
-/// True if a sample and a command are expected in every cycle of this state.
+/// True if the axis expects a sample and sends a command in every cycle of this state.
 constexpr bool is_in_use(AxisState state) {
   return state > AxisState::waiting && state != AxisState::faulted;
 }

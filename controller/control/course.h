@@ -1,12 +1,12 @@
 // Computes from the model and the applied drive how far the position can have moved since a given moment, as
 // a lower and an upper limit.
 //
-//   a, b    the model's positions under two memories: the drive has fallen from the upper threshold, or has
-//           risen from the lower one on the virgin curve. The actuator's memory is between them; a wipe makes
-//           them equal
+//   a, b    the model's positions under the two extreme memories: in a, the drive has fallen from the upper
+//           threshold; in b, it has risen from the lower one on the virgin curve. The actuator's memory is
+//           between the two; a wipe makes the two equal
 //   slow    a and b, delayed by the pure delays and by a first-order lag. The time constant of the lag is the
-//           sum of the other delays and two cycles. The position in a sample is between the smallest and the
-//           largest of the four values
+//           sum of the other delays and two cycles. The measured position is between the smallest and the
+//           largest of these four positions (a, b, and both delayed)
 #pragma once
 
 #include <array>
@@ -41,7 +41,7 @@ class Course {
  private:
   using Positions = std::array<double, 2>;                 ///< positions under the two memories
   using Memories = std::array<model::HysteresisState, 2>;  ///< the two possible memories of the model
-  /// The positions of the time that the pure delays cover, at equal time steps; at most 32.
+  /// The last positions of the model, stored at equal time steps. At most 32 positions cover the pure delays.
   struct UnderWay {
     std::array<Positions, 32> past{};
     std::size_t newest = 0;

@@ -32,7 +32,7 @@ namespace hystcan::controller {
 //   1 / G(s) = e^{mu s} (1 - (var / 2) s^2) + O(s^3)
 
 struct Moments {
-  double mean_s = 0.0;       ///< mean delay
+  double mean_s = 0.0;       ///< mean delay of a chain of links
   double variance_s2 = 0.0;  ///< variance of the impulse response; negative if the mode rings
 };
 constexpr Moments operator+(const Moments& a, const Moments& b) {

@@ -22,7 +22,7 @@ std::string limits_to_string(std::uint8_t limits);
 
 struct Gate {
   struct Config {
-    double drive_min = 0.0;  ///< drive units
+    double drive_min = 0.0;  ///< smallest drive, drive units
     double drive_max = 100.0;
     double slew_per_s = 1e4;  ///< drive units per second
     double safe_drive = 0.0;

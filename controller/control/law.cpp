@@ -8,8 +8,8 @@
 namespace hystcan::controller {
 namespace {
 
-/// If the limits of the drive removed less than this from the demanded position, the demand counts as met.
-/// The value is far below the resolution of any sensor and far above rounding.
+/// Tolerance in um: if the limits of the drive removed less than this from the demanded position, the demand
+/// counts as met. The value is far below the resolution of any sensor and far above rounding.
 constexpr double met_within_um = 1e-6;
 
 /// A remaining integral below this counts as zero: it is less than the resolution of a position on the wire.

@@ -157,7 +157,8 @@ class Learning {
     std::vector<double> correction_um;
     double cycles_per_s = 0.0;
     double phases_per_s = 0.0;
-    /// The filter h_k, in single precision: this is twice as fast, and its error is far below the noise.
+    /// The taps of the learning filter in single precision. Single precision is twice as fast, and its error
+    /// is far below the noise.
     std::vector<float> taps;
     std::vector<float> errors_um;  ///< the last errors, stored twice, so that each window is contiguous
     std::size_t newest = 0;

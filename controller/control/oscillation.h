@@ -54,7 +54,8 @@ class Oscillation {
 
  private:
   struct HalfPeriod {
-    std::size_t cycles = 0;  ///< cycles with the error beyond the middle of the previous half-period
+    /// Number of cycles with the error beyond the middle of the previous half-period.
+    std::size_t cycles = 0;
     double swing_um = 0.0;
     double reference_bend_um = 0.0;  ///< sum of |second differences| of the reference from cycle to cycle
     double error_bend_um = 0.0;      ///< sum of |second differences| of the error from cycle to cycle

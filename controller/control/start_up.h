@@ -43,7 +43,7 @@ class StartUp {
 
   explicit StartUp(const AxisConfig& config) : ramp_check_(ramp_check_of(config)) {}
 
-  /// Sets the drives that the ramp visits, in this order. It rests at each of them.
+  /// Sets the drives that the ramp visits, in this order. The drive rests at each of them.
   void visit(std::vector<double> targets) { targets_ = std::move(targets); }
 
   /// Begins with arming. `clear_fault`: tries once to clear a fault that is latched in the amplifier.

@@ -60,7 +60,7 @@ class TrackingStatistics {
   std::optional<std::size_t> level_of_;  ///< the segment whose levels are evaluated at present
 };
 
-/// Result of one axis's run.
+/// The result of a run of one axis.
 struct AxisOutcome {
   std::string name;
   /// Distance between the positions that the model reaches at the two ends of the drive's range. Errors in

@@ -17,7 +17,7 @@ constexpr double stalled_cycles = 10.0;
 constexpr double frozen_travel = 0.02;
 
 /// Number of consecutive cycles without an invertible model that trips the axis. A corner of the reference
-/// may cause one or two such cycles; an invalid model causes them continuously.
+/// may cause one or two such cycles; an invalid model causes such cycles without end.
 constexpr unsigned not_invertible_cycles = 3;
 
 /// Returns the number of cycles since the last SYNC, rounded, at least 1. The position may change more in a

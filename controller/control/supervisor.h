@@ -27,7 +27,7 @@ namespace hystcan::controller {
 /// State of the axis's two nodes at the time of a step.
 struct NodeHealth {
   bool interface_up = true;
-  bool bus_on = true;          ///< not bus-off
+  bool bus_on = true;          ///< the bus is not in the state bus-off
   bool bus_passive = false;    ///< our own CAN controller is error-passive
   bool commands_late = false;  ///< two commands have been queued but have not reached the wire
   bool sensor_alive = false;   ///< the sensor's last heartbeat was received in time
@@ -129,8 +129,8 @@ class Supervisor {
   bool is_frozen(double position_um);
 
   Config config_;
-  /// A leaky bucket, in tenths: a lost sample adds ten tenths, a good one removes one. Single losses are
-  /// bridged; several in a row trip.
+  /// A leaky bucket, in tenths: each lost sample adds ten tenths, each good sample removes one tenth. The
+  /// bucket tolerates single lost samples; several in a row trip the axis.
   unsigned lost_tenths_ = 0;
   struct Lost {
     /// Numbers of consecutive lost samples: in total, and by reason. `in_long_cycles` counts the samples that
