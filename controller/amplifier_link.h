@@ -56,10 +56,10 @@ class AmplifierLink : public RemoteNode {
   bool reports_output_ = false;  ///< True if the status contains the output.
   /// True if the status reports a fault only by its fault flags, because none of its states means a fault.
   bool flags_report_fault_ = false;
-  /// The status that is assumed until the first one arrives, or always if the amplifier sends none.
+  /// The status that is assumed until the first status arrives, or always if the amplifier sends no status.
   can::AmpStatus status_at_first_;
   can::AmpStatus status_;  ///< The last received status.
-  /// True until a status arrives: the next status has no earlier one to compare it with.
+  /// True until the first status arrives, which cannot be compared with an earlier status.
   bool is_first_status_ = true;
   can::Time status_heard_{};
   /// True while the amplifier is enabled or ramps down: its output may then differ from the output in

@@ -62,8 +62,8 @@ class CommandFrame {
   bool put(std::size_t place, const std::optional<AxisCommand>& command, std::uint8_t sync_counter);
   /// Sends the frame; called after every axis has put its command. Sends nothing if no axis has a command.
   /// Sends nothing either if the frame is safe and another safe frame is still on its way; after a hundred
-  /// such frames, the one on its way counts as lost. Returns true if this frame replaces a waiting one, which
-  /// is then never sent.
+  /// unsent frames, the frame on its way counts as lost. Returns true if this frame replaces a waiting one,
+  /// which is then never sent.
   bool send(can::Bus& bus);
   /// Called for the echo of one of our frames, which the bus has carried. `last_sync`: counter of the last
   /// SYNC that was queued.

@@ -1,5 +1,5 @@
-// The record of one cycle of one axis, from which log, CSV, black box and statistics are made. Also the
-// columns of such a record.
+// The record of one cycle of one axis, from which log, CSV, black box and statistics are made. This file also
+// defines the columns of such a record.
 #pragma once
 
 #include <cstdint>

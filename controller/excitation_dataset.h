@@ -22,8 +22,8 @@ namespace hystcan::controller {
 
 struct ExcitationRow {
   double time_s = 0.0;
-  double input = 0.0;   ///< drive units
-  double output = 0.0;  ///< um
+  double input = 0.0;   ///< applied drive, drive units
+  double output = 0.0;  ///< measured position, um
 };
 
 class ExcitationDataset {

@@ -55,7 +55,8 @@ bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other);
 /// or no error").
 bool is_all_clear(const NodeEvent& event);
 
-/// Example: "node 1: emergency 0x8130: life guard or heartbeat error (error register 0x01)".
+/// Describes the event in one line. Example: "node 1: emergency 0x8130: life guard or heartbeat error (error
+/// register 0x01)".
 std::string describe(const NodeEvent& event);
 
 /// Numbers of commands and requests that other nodes have sent to a node that only this controller may
@@ -65,7 +66,8 @@ struct ForeignAccess {
   std::uint64_t sdo_writes = 0;
   std::uint64_t sdo_reads = 0;
 };
-/// Example: "2 NMT commands, 1 SDO write, 30 SDO reads of another node". Empty if there was no access.
+/// Describes the access. Example: "2 NMT commands, 1 SDO write, 30 SDO reads of another node". Returns an
+/// empty text if there was no access.
 std::string describe(const ForeignAccess& access);
 
 /// The meaning of a received heartbeat.

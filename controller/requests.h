@@ -15,12 +15,12 @@ namespace hystcan::controller {
 
 struct Request {
   enum class Kind : std::uint8_t {
-    enable,   ///< from offline to tracking
+    enable,   ///< bring the axis from offline to tracking
     disable,  ///< ramp to the safe drive, then switch off
     clear,    ///< clear the latched fault
     go_to,    ///< move from the configured reference to `position_um`
     resume,   ///< return to the configured reference
-    retune,   ///< apply `tuning`, which then contains the previous tuning
+    retune,   ///< apply `tuning`; after that, `tuning` contains the previous tuning
     revert,   ///< discard the learnt corrections of a reference that repeats
     stop,     ///< stop all axes and the controller
   };

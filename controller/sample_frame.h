@@ -30,7 +30,8 @@ class SampleFrame : public ReceivedFrame {
   struct SyncCounter {
     std::string signal;
     std::array<NamedSync, 256> named{};  ///< index: SYNC counter; value: the last frame with this counter
-    std::uint64_t decided_for = 0;       ///< number of the accepted frame for which is_doubled was decided
+    /// Serial number of the accepted frame for which `is_doubled` was computed last.
+    std::uint64_t decided_for = 0;
     bool is_doubled = false;
   };
 

@@ -31,7 +31,7 @@ class SensorLink : public RemoteNode {
     return !sync_place_ || sample.sync_counter == sync_counter;
   }
   void note_late_sample() { late_sample_ = true; }
-  /// Called if the sample of this cycle arrived before the deadline of the command.
+  /// Records that the sample of this cycle arrived before the deadline of the command.
   void note_sample_in_time(std::uint64_t cycle) { heard_in_ = cycle; }
   /// True while the controller waits for the next sample. It does not wait any more if the number of
   /// consecutive lost samples exceeds `bridged`, the number that the axis tolerates.

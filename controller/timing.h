@@ -25,7 +25,7 @@ namespace hystcan::controller {
 struct TimeSummary {
   std::uint64_t count = 0;
   double mean_us = 0.0;
-  double sd_us = 0.0;  ///< 0 if count < 2
+  double sd_us = 0.0;  ///< standard deviation; 0 if count < 2
   double p99_us = 0.0;
   double max_us = 0.0;
 };
@@ -43,7 +43,7 @@ class TimeStatistics {
  private:
   /// Number of bits that select a class: 2^5 = 32 classes per doubling of the time.
   static constexpr unsigned sub_bits = 5;
-  static constexpr unsigned top_bits = 36;  ///< the last class begins below 2^36 ns
+  static constexpr unsigned top_bits = 36;  ///< times above 2^36 ns (68 s) are in the last class
   static constexpr std::size_t classes = (top_bits - sub_bits + 1) << sub_bits;
   static std::size_t class_of(std::uint64_t ns);
   static std::uint64_t upper_end_ns(std::size_t index);
@@ -65,13 +65,14 @@ struct CycleTiming {
 };
 
 struct NamedTime {
-  std::string_view key;  ///< key in JSON
+  std::string_view key;  ///< key of these times in JSON
   std::string_view words;
   TimeStatistics CycleTiming::*statistics;
 };
 std::span<const NamedTime> cycle_times();
 
-/// Example: `period         5000 x, mean 1000.0 us, SD 1.2 us, p99 1003.5 us, max 1010.2 us`.
+/// Describes the times in one line. Example: `period 5000 x, mean 1000.0 us, SD 1.2 us, p99 1003.5 us, max
+/// 1010.2 us`.
 std::string describe(std::string_view words, const TimeSummary& summary);
 
 }  // namespace hystcan::controller

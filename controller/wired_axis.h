@@ -59,7 +59,7 @@ struct WiredAxis {
   StatusSender status_sender;
   std::optional<SetpointReceiver> setpoint_receiver;  ///< Empty: the axis does not accept live setpoints.
   std::optional<ScanMarkerSender> scan_marker_sender;
-  CyclePhases phases{};  ///< times of this cycle's step
+  CyclePhases phases{};  ///< times of the axis's step in this cycle
 
  private:
   std::optional<ForeignFrame> foreign_frame_;    ///< frame of another controller, for the log
