@@ -22,7 +22,7 @@ constexpr double regularisation = 0.02;
 /// With a lower learning rate, the factor is larger. An error with a smaller factor counts as learnt soon.
 double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
-/// A number of cycles that differs from a whole number by less than this counts as whole.
+/// Tolerance in cycles: a number of cycles that is this close to a whole number counts as whole.
 constexpr double near_enough = 0.01;
 
 /// Minimum number of periods that a segment must have after the periods in which it settles. In fewer

@@ -80,7 +80,8 @@ struct Best {
   double ratio = 0.0;
   double ki_per_cycle = 0.0;
 };
-/// Returns the ratio with the largest ki T. Tries `count` ratios in steps of `step`, starting at `from`.
+/// Returns the ratio kp / (ki T) with the largest ki T; T: cycle. Tries `count` ratios in steps of `step`,
+/// starting at `from`.
 Best best_ratio(const Responses& of, double peak_sensitivity, double from, double step, int count) {
   Best best;
   for (int i = 0; i < count; ++i) {

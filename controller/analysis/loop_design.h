@@ -53,8 +53,8 @@ PlantUncertainty around(const Delays& delays, double percent);
 
 /// Returns the loop with each plant that a design must tolerate: the plant of `config`, the plants at the
 /// corners of the uncertainty, and plants with resonances in between. A mode above half the rate appears in
-/// the samples at a lower frequency, its alias. For such a mode, the resonances in between are shares of the
-/// rate apart, and end when they have covered every alias, rising and falling. If the interval of the
+/// the samples at a lower frequency, its alias. For a mode above half the rate, the resonances in between
+/// have a distance of 2 % of the rate or less, and cover every possible alias. If the interval of the
 /// resonance has no upper end, the last plants have no mode.
 std::vector<LinearLoop> corners_of(const LoopConfig& config, const PlantUncertainty& uncertainty);
 
