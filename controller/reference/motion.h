@@ -47,11 +47,11 @@ struct MotionBounds {
 //
 //   w(t) = integral p(tau) |t - tau| dtau,      w'' = 2 p,      w(t) = |t|  for |t| >= D / 2
 //
-// The straight parts of the reference do not change, and the acceleration of the turnaround has the form of
-// p. After the turnaround, a mode without damping rings with an amplitude proportional to |P(2 pi / T_m)|. P
-// is the Fourier transform of p; after a sharp corner, P is 1. Therefore p is a combination whose P is small.
-// It consists of boxes B_L (rectangular pulses of the length L) and of a pair of impulses I_h at -h / 2 and
-// h / 2. The operator * is the convolution:
+// The straight parts of the reference do not change, and the acceleration of the turnaround is proportional
+// to p. After the turnaround, a mode without damping rings with an amplitude proportional to |P(2 pi / T_m)|.
+// P is the Fourier transform of p; after a sharp corner, P is 1. Therefore p is a combination whose P is
+// small. It consists of boxes B_L (rectangular pulses of the length L) and of a pair of impulses I_h at
+// -h / 2 and h / 2. The operator * is the convolution:
 //
 //   D >= T_m   p = B_{T_m} * B_{D - T_m}       a trapezoid (a box if D = T_m); the box B_{T_m} makes P = 0
 //   D <  T_m   p = I_{D - L} * B_L,            two equal pulses. If their distance D - L is T_m / 2, the

@@ -127,8 +127,8 @@ Shape shape_of_kind(std::string_view kind);
 /// `wave` and `way_up_s` of a Raster. Throws std::invalid_argument if the parameters contradict each other.
 Shape prepared(Shape shape);
 double duration_s(const Shape& shape);
-/// Returns the position `t_s` seconds after the shape's beginning. This function and the functions below need
-/// a shape that prepared() has returned.
+/// Returns the position `t_s` seconds after the shape's beginning. The shape must have been returned by
+/// prepared(); this also holds for the functions below.
 double value_um(const Shape& shape, double t_s);
 /// True for a triangle or raster whose corners are rounded by turnarounds.
 bool has_turnarounds(const Shape& shape);

@@ -108,7 +108,7 @@ template <class Goal>
 std::optional<Transition> Transition::shortest(const ReferenceLimits& kept, const Motion& begin,
                                                double least_s, const Goal& to_um) {
   constexpr double growth = 1.25;
-  constexpr int longer = 64;  // 1.25^64 is a factor of a million
+  constexpr int longer = 64;  // maximum number of steps; 1.25^64 is more than a million
   constexpr int halvings = 16;
   double too_short_s = 0.0;
   // Lower limit of the duration: the mean deceleration must not exceed the limit of acceleration.
