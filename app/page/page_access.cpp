@@ -53,7 +53,7 @@ std::string read_token(const std::filesystem::path& file, const Descriptor& open
   const bool is_trusted = found.st_uid == geteuid() || found.st_uid == folder.st_uid;
   if (!is_trusted || (found.st_mode & 077U) != 0)
     throw RunError(file, "belongs to another user, or others can read it",
-                   {.expected = "mode 0600", .remedy = "delete it to get a new token"});
+                   {.expected = "mode 0600", .remedy = "delete the file to get a new token"});
   std::array<char, 2 * token_bytes + 2> text{};
   const ssize_t size = ::read(opened.get(), text.data(), text.size());
   if (size < 0) throw RunError(file, std::strerror(errno));
@@ -61,7 +61,7 @@ std::string read_token(const std::filesystem::path& file, const Descriptor& open
   if (token.ends_with('\n')) token.pop_back();
   if (token.size() != 2 * token_bytes || !is_hexadecimal(token))
     throw RunError(file, "does not contain a token",
-                   {.expected = "32 hexadecimal digits", .remedy = "delete it to get a new token"});
+                   {.expected = "32 hexadecimal digits", .remedy = "delete the file to get a new token"});
   return token;
 }
 

@@ -307,8 +307,9 @@ void PageRequests::reply_or_write(const RequestId& request_id, const json& reque
           return reply(request_id, std::move(body));
         }
         if (digest != save.digest)
-          return refuse(request_id,
-                        "the file or the settings changed after the difference was shown; look at it again");
+          return refuse(
+              request_id,
+              "the file or the settings changed after the difference was shown; look at the new difference");
         write_save(options_.config, save);
         const std::string done =
             fmt::format("{} {}", save.undoes ? "undo save of" : "save", options_.config.filename().string());

@@ -130,12 +130,12 @@ void PageStream::fail(const std::string& reason) {
 
 void PageStream::begin(const StreamGreeting& greeting) {
   const auto axis = column_in(greeting, "axis");
-  if (!axis) throw std::runtime_error("it has no column \"axis\"");
+  if (!axis) throw std::runtime_error("the stream has no column \"axis\"");
   const double rate = greeting.rate_Hz;
   const std::size_t axes = greeting.axes.size();
   if (greeting.stream != name_) throw std::runtime_error("the stream belongs to another process");
   if (axes == 0 || axes > most_axes || !(rate > 0.0 && rate <= fastest_Hz))
-    throw std::runtime_error("its axes or its rate are not valid");
+    throw std::runtime_error("the axes or the rate of the stream are not valid");
   axis_ = *axis;
   const double rows_per_s = rate * static_cast<double>(axes);
   const double rows =
