@@ -199,8 +199,8 @@ void visit(V& v, AxisAnswer& a) {
   v.optional(
       "waits_for_all", a.waits_for_all, waits,
       {"",
-       "all missing conditions: the first one of each node, on which its further ones depend; for a ready "
-       "amplifier both output and rest"});
+       "missing conditions: only the first condition of each node, because its later conditions depend on "
+       "the first; for a ready amplifier both output and rest"});
   v.optional("fault_time_s", a.fault_time_s, has_fault, {"s", "faulted axis: time of the fault"});
   v.optional("remedy", a.remedy, has_fault, {"", "faulted axis: what to do"});
   v.optional("reference_um", a.reference_um, a.tracks(), {"um", "while tracking: the reference"});
@@ -213,7 +213,7 @@ void visit(V& v, AxisAnswer& a) {
               "while tracking: `not judged`, `moving`, `in position`, `failed` "
               "([meaning](configuration/loop.md#axiscontrolin_position-has-the-stage-arrived))"});
   v.optional("learning", a.learning, a.learning.state != controller::LearningState::off,
-             {"", "while tracking, with `[axis.control.learning]`"});
+             {"", "while tracking: progress of the learning, if `[axis.control.learning]` is configured"});
 }
 
 struct StatusAnswer {
@@ -227,7 +227,7 @@ struct StatusAnswer {
 };
 template <class V>
 void visit(V& v, StatusAnswer& a) {
-  v.member("time_s", a.time_s, {"s", "time of the newest cycle since the start"});
+  v.member("time_s", a.time_s, {"s", "time from the start of the controller to the newest cycle"});
   v.member(
       "age_s", a.age_s,
       {"s",

@@ -113,7 +113,8 @@ inline constexpr std::array setting{
 inline constexpr auto new_fault = std::to_array<Argument>(
     {{"kind", "KIND", Type::fault, "no_reply", "kind of fault"},
      {"axis", "--axis", Type::text, "x", "axis; default: the only one", false},
-     {"node", "--node", Type::node, "sensor", "node, if the kind can affect either", false},
+     {"node", "--node", Type::node, "sensor", "node with the fault, if this kind is possible in both nodes",
+      false},
      {"duration_s", "--duration", Type::duration_s, "0.5",
       "duration in seconds; default: until the fault is removed", false},
      {"value", "--value", Type::number, "", "strength of the fault, in the unit of its kind", false}});

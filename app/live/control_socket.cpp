@@ -86,8 +86,10 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
   void obey_if_stop(const nlohmann::json& command) {
     const ControlCommand* row = find_command(command, owner_.handler_.server);
     if (row == nullptr || row->verb != Verb::stop)
-      return answer(refusal(fmt::format("{} connections wait for an answer, expected stop", most_sessions)),
-                    true);
+      return answer(
+          refusal(fmt::format("{} connections already wait for an answer, expected only the command stop",
+                              most_sessions)),
+          true);
     close_after(time_for_its_answer);
     execute(command);
   }

@@ -50,7 +50,8 @@ Finding examine_bit_rate(const config::Config& config, const std::string& name, 
                         name, wanted)};
   const bool has_fd = !config::fd_messages(config).empty() && found.data_bitrate_bit_per_s.has_value();
   if (!has_fd || config.bus.data_bitrate_bit_per_s != 0) return {"bit rate", Verdict::good, figure};
-  return {"bit rate", Verdict::doubtful, figure + ", but the configuration has none for the data phase",
+  return {"bit rate", Verdict::doubtful,
+          figure + ", but the configuration has no bit rate for the data phase",
           fmt::format("CAN FD frames are sent without bit-rate switch, and many nodes do not answer them; "
                       "set bus.data_bitrate_bit_per_s = {}",
                       *found.data_bitrate_bit_per_s)};
@@ -74,7 +75,7 @@ Finding examine_queue(const config::Config& config, const std::string& name, con
                 fmt::format("{}, {}", counted(frames, "frame"),
                             found.queue_discipline.empty() ? "none" : found.queue_discipline),
                 fmt::format("ip link set {} txqueuelen {}: {}", name, std::max(10U, 2 * needed),
-                            frames < needed ? "the frames of one cycle must fit"
+                            frames < needed ? "the frames of one cycle must fit into the queue"
                                             : "frames in a long queue are old when they are sent"));
 }
 
@@ -84,7 +85,7 @@ Finding examine_errors(const std::string& name, const can::Interface& found) {
                   .figure = found.bus_state ? std::string(to_string(*found.bus_state)) : "not reported"};
   if (found.error_counters) {
     const auto [transmit, receive] = *found.error_counters;
-    finding.figure += fmt::format(", counters {} transmit, {} receive", transmit, receive);
+    finding.figure += fmt::format(", error counters {} transmit, {} receive", transmit, receive);
     if (std::max(transmit, receive) >= warning_count) finding.verdict = Verdict::doubtful;
   }
   if (found.bus_offs.value_or(0) > 0)

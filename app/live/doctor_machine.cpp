@@ -35,7 +35,8 @@ Finding examine_clock(const std::filesystem::path& root) {
   const bool slow =
       source == "hpet" || source == "acpi_pm" || source == "jiffies" || source == "refined-jiffies";
   if (source.empty()) source = "not reported";
-  return judged("clock source", !slow, slow ? source + ": each reading is a system call" : source,
+  return judged("clock source", !slow,
+                slow ? source + ": each reading of the time is a slow system call" : source,
                 "find in dmesg why the kernel does not use a faster clock (example: tsc marked unstable)");
 }
 

@@ -46,7 +46,7 @@ Finding examine_memory(const controller::Realtime& asked) {
   if (const auto refusal = find_memory_lock_refusal())
     return refused("locked memory", asked.lock_memory ? Verdict::bad : Verdict::doubtful, *refusal);
   return judged("locked memory", asked.lock_memory,
-                asked.lock_memory ? "can be locked" : "can be locked but is not configured",
+                asked.lock_memory ? "can be locked" : "memory can be locked, but lock_memory is not set",
                 "set lock_memory = true in [controller.realtime]");
 }
 
@@ -61,11 +61,11 @@ Finding examine_limits() {
   rlimit time{};
   getrlimit(RLIMIT_RTTIME, &time);
   const bool endless = time.rlim_cur == RLIM_INFINITY;
-  return judged(
-      "limits", endless,
-      fmt::format("rtprio {}, memlock {}, rttime {}", limit_text(RLIMIT_RTPRIO, 1, ""),
-                  limit_text(RLIMIT_MEMLOCK, 1024, " kB"), limit_text(RLIMIT_RTTIME, 1, " us")),
-      "run ulimit -R unlimited (systemd: LimitRTTIME=infinity); the kernel kills a thread at rttime");
+  return judged("limits", endless,
+                fmt::format("rtprio {}, memlock {}, rttime {}", limit_text(RLIMIT_RTPRIO, 1, ""),
+                            limit_text(RLIMIT_MEMLOCK, 1024, " kB"), limit_text(RLIMIT_RTTIME, 1, " us")),
+                "run ulimit -R unlimited (systemd: LimitRTTIME=infinity); the kernel kills a real-time "
+                "thread that reaches rttime");
 }
 
 Finding examine_build() {

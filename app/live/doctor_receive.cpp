@@ -85,7 +85,7 @@ Finding examine_receive_path(const controller::CommonConfig& config, const std::
     return {"receive path", Verdict::good, "none (virtual interface)"};
   const bool is_threaded = first_line(network / "threaded") == "1";
   const std::vector<KernelThread> threads = threads_of(interface, root);
-  std::vector<std::string> figures{is_threaded ? "threaded NAPI" : "NAPI in the soft interrupt"};
+  std::vector<std::string> figures{is_threaded ? "threaded NAPI" : "NAPI runs in the soft interrupt"};
   std::ranges::transform(threads, std::back_inserter(figures), described);
 
   const int own = config.realtime.value_or(controller::Realtime{}).priority;

@@ -64,7 +64,7 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
 }
 
 LiveConfig::Prepared LiveConfig::without_the_last() const {
-  if (history_.size() == 1) throw Error("there is no set to reverse since the file was read");
+  if (history_.size() == 1) throw Error("there is no set command to undo since the file was read");
   return prepare({history_.begin(), history_.end() - 1});
 }
 

@@ -52,7 +52,8 @@ std::string describe_steps(const metrics::StepResponse::Result& steps, double ba
   std::string text = fmt::format("; {}: ", counted(steps.steps, "step"));
   if (steps.not_settled < steps.steps)
     text += fmt::format("settled to {} within {:.4g} s, ", band, steps.settling_s);
-  if (steps.not_settled > 0) text += fmt::format("{} not settled to {}, ", steps.not_settled, band);
+  if (steps.not_settled > 0)
+    text += fmt::format("{} did not settle to {}, ", counted(steps.not_settled, "step"), band);
   return text + fmt::format("overshoot {:.2f} % of the step", 100.0 * steps.overshoot);
 }
 
@@ -153,13 +154,16 @@ std::vector<std::string> describe(const controller::CycleTiming& timing) {
 
 std::string describe(const controller::AxisOutcome& outcome) {
   const controller::ErrorStatistics total = outcome.statistics.total();
-  if (total.samples == 0) return outcome.name + ": no error to report: no sample had a settled reference";
+  if (total.samples == 0)
+    return outcome.name +
+           ": no error to report: no sample arrived after a transition of the reference had settled";
   std::string line = fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {}",
                                  outcome.name, total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um,
                                  outcome.stroke_um, total.max_um, counted(total.samples, "sample"));
   const controller::ErrorStatistics ideal = outcome.statistics.total_against_ideal();
   if (ideal.sum_of_squares != total.sum_of_squares)
-    line += fmt::format("; against sharp corners RMS {:.4f} um, max {:.4f} um", ideal.rms_um(), ideal.max_um);
+    line += fmt::format("; relative to a reference with sharp corners: RMS {:.4f} um, max {:.4f} um",
+                        ideal.rms_um(), ideal.max_um);
   return line;
 }
 
@@ -171,7 +175,9 @@ std::string failure_of(const std::vector<controller::AxisOutcome>& axes) {
   for (const controller::AxisOutcome& axis : axes) {
     if (axis.statistics.total().samples > 0) continue;
     if (axis.state == controller::AxisState::tracking)
-      return fmt::format("axis {} tracked no sample of a settled reference", axis.name);
+      return fmt::format(
+          "axis {} tracked, but no sample arrived after a transition of its reference had settled",
+          axis.name);
     return fmt::format("axis {} did not start to track its reference: {}", axis.name, to_string(axis.state));
   }
   return {};
@@ -180,12 +186,13 @@ std::string failure_of(const std::vector<controller::AxisOutcome>& axes) {
 std::string describe(const controller::Learning::Report& learning) {
   if (learning.periods == 0) return "nothing learnt: every period had a limited drive or a missing sample";
   const std::string errors = fmt::format(
-      "{} judged; setpoint[{}], the last one: error RMS {:.4f} um in its first period, {:.4f} um in its last",
+      "{} judged, error RMS of the last segment (setpoint[{}]): {:.4f} um "
+      "in its first period, {:.4f} um in its last period",
       counted(learning.periods, "period"), learning.segment, learning.first_rms_um, learning.rms_um);
   if (learning.state == controller::LearningState::diverged)
     return errors +
-           "; warning: the error of a segment grew in each attempt, so its correction was reset for "
-           "good";
+           "; warning: the error of a segment grew in each attempt, so the correction of this segment "
+           "was reset permanently";
   if (learning.state == controller::LearningState::resting)
     return errors + "; warning: the error grew, so the correction was reset";
   return errors + fmt::format("; correction up to {:.4f} um", learning.correction_max_um);

@@ -77,8 +77,8 @@ void visit(V& v, StreamGreeting& g) {
   v.member("stream", g.stream, {"", "`controller` or `twin`"});
   v.member("version", g.version, {"", "1"});
   v.member("rate_Hz", g.rate_Hz, {"Hz", "rate of the cycles"});
-  v.member("columns", g.columns, {"", "the numbers of a row"});
-  v.member("axes", g.axes, {"", "each axis; the column `axis` is its index"});
+  v.member("columns", g.columns, {"", "columns of each row, in order"});
+  v.member("axes", g.axes, {"", "list of the axes; the column `axis` is the index in this list, from 0"});
   v.optional("states", g.states, !g.states.empty(),
              {"", "controller: words for the indices in the column `state`"});
   v.optional("faults", g.faults, !g.faults.empty(),

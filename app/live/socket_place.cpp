@@ -48,7 +48,7 @@ void remove_if_dead(boost::asio::io_context& context, const std::filesystem::pat
   probe.connect(stream_protocol::endpoint(file.string()), error);
   if (!error)
     throw RunError(file, "another process uses this socket",
-                   {.remedy = "stop it, or set another control_socket"});
+                   {.remedy = "stop that process, or set another control_socket"});
   if (error == boost::asio::error::connection_refused) std::filesystem::remove(file);
 }
 
@@ -160,7 +160,7 @@ LocalListener::LocalListener(boost::asio::io_context& context, std::filesystem::
     acceptor_.listen();
     id_ = id_of_socket(file_);
   } catch (const boost::system::system_error& error) {
-    throw RunError(file_, fmt::format("cannot listen on it: {}", error.code().message()));
+    throw RunError(file_, fmt::format("cannot listen on this socket: {}", error.code().message()));
   }
   accept();
 }

@@ -75,7 +75,7 @@ void EventLog::add(const std::string& axes, const controller::CycleRecord& recor
                         .line_s = record.time_s - between_lines_s});
       count(kinds_.back(), record);
     } else if (std::exchange(truncated_, truncated_ + record.event->times) == 0) {
-      sink_(Level::warning, fmt::format("{}; more than {} kinds of events, so further ones are only counted",
+      sink_(Level::warning, fmt::format("{}; more than {} kinds of events, so further kinds are only counted",
                                         at(axes, record.time_s, *record.event), most_kinds));
     }
   }
@@ -222,12 +222,12 @@ std::string StateLog::block_text(const Axis& axis, ArmingBlock block) const {
     case ArmingBlock::watchdog:
       return fmt::format("{} (node {})", what, axis.amplifier_node);
     case ArmingBlock::amplifier_output:
-      return fmt::format("{} (node {}): it is {:.6g}, expected {:.6g} to {:.6g} {}", what,
+      return fmt::format("{} (node {}): the output is {:.6g}, expected {:.6g} to {:.6g} {}", what,
                          axis.amplifier_node, axis.amplifier_output, axis.drive_min, axis.drive_max,
                          axis.drive_unit);
     case ArmingBlock::output:
-      return fmt::format("{} (node {}): it is {:.6g} {}", what, axis.amplifier_node, axis.amplifier_output,
-                         axis.drive_unit);
+      return fmt::format("{} (node {}): the output is {:.6g} {}", what, axis.amplifier_node,
+                         axis.amplifier_output, axis.drive_unit);
     case ArmingBlock::other_axes:
       break;
     case ArmingBlock::nothing:

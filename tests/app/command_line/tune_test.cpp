@@ -245,8 +245,9 @@ TEST_F(Tune, PrintsThatASetpointEndsBeforeAnErrorCanBeMeasured) {
   write("piezo.toml", text);
   Process program = tune();
   EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find("axis x tracked no sample of a settled reference. [[axis.control.setpoint]] "
-                               "ends before an error can be measured: make it longer"),
+  EXPECT_NE(program.err().find(
+                "axis x tracked, but no sample arrived after a transition of its reference had "
+                "settled. [[axis.control.setpoint]] ends before an error can be measured: make it longer"),
             std::string::npos)
       << program.err();
   EXPECT_FALSE(written());

@@ -63,7 +63,7 @@ TEST(Undo, RevertsSetsInReverseOrder) {
   Client client = bench.client();
   using Texts = std::vector<std::string>;
   const json undo{{"do", "undo"}};
-  EXPECT_TRUE(says(client.ask(undo), "there is no set to reverse"));
+  EXPECT_TRUE(says(client.ask(undo), "there is no set command to undo"));
   client.ask(set("kp", 0.2));
   client.ask(set("kp", 0.2));  // changes nothing, so there is nothing to undo
   client.ask(set("notch", {{"frequency_Hz", 400.0}, {"depth", 0.1}, {"width", 0.5}}));

@@ -183,7 +183,7 @@ TEST_F(ReceivePath, NamesTheCommandsThatRepairIt) {
 TEST_F(ReceivePath, RecommendsThreadedNapi) {
   put("sys/class/net/can0/threaded", "0");
   std::filesystem::remove_all(root / "proc/211");
-  EXPECT_EQ(found().figure, "NAPI in the soft interrupt, irq/125-can0 FIFO 50 on 3");
+  EXPECT_EQ(found().figure, "NAPI runs in the soft interrupt, irq/125-can0 FIFO 50 on 3");
   EXPECT_EQ(found().cure,
             "echo 1 > /sys/class/net/can0/threaded; then chrt -f -p 80 PID for each thread napi/can0-*");
 }

@@ -90,10 +90,9 @@ TEST_F(StateLogOfTwoAxes, LogsAnOutputOutOfRangeWithItsValue) {
     record.report.arming_blocks = ArmingBlock::amplifier_output;
     log.add(record);
   }
-  EXPECT_EQ(
-      lines.back(),
-      "x: still waits for an amplifier output within drive_min..drive_max (node 1): it is 120, expected 0 to "
-      "100 V");
+  EXPECT_EQ(lines.back(),
+            "x: still waits for an amplifier output within drive_min..drive_max (node 1): the output is 120, "
+            "expected 0 to 100 V");
 }
 
 TEST_F(StateLogOfTwoAxes, LogsTheVerificationOfTheWatchdog) {

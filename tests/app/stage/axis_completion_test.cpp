@@ -20,7 +20,7 @@ TEST(RehearsalOfAStage, FailsIfNoSampleIsTracked) {
   config.axes[0].control.repeat = false;
   const std::string refusal =
       support::refusal_of<RunError>([&] { rehearsal_of(config, {TuningReport{}}, {"cautious"}); });
-  EXPECT_NE(refusal.find("axis x tracked no sample"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("axis x tracked, but no sample arrived"), std::string::npos) << refusal;
 }
 
 }  // namespace
