@@ -106,7 +106,7 @@ std::string start_up_text(const config::AxisConfig& axis) {
                        thresholds.hi, thresholds.lo, unit);
   return fmt::format(
       "start_up = \"wipe\" moves the drive to the upper threshold only, {:.6g} {}: the drive range does not "
-      "reach the lower one, {:.6g} {}",
+      "reach the lower threshold, {:.6g} {}",
       thresholds.hi, unit, thresholds.lo, unit);
 }
 

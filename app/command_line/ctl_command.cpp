@@ -154,7 +154,7 @@ void add_ctl(CLI::App& cli, int& status) {
   ctl->add_flag("--twin", options->twin, "send the command to the twin instead of the controller");
   ctl->add_flag("--json", options->json, "print the answer as JSON");
   ctl->add_option("--timeout", options->answer_timeout_s,
-                  "time limit for the answer in seconds; `wait` has its own")
+                  "time limit for the answer in seconds; `wait` has its own time limit")
       ->check(number_between(0.001, 1e6))
       ->capture_default_str();
   for (const ControlCommand& row : protocol::commands) {

@@ -82,7 +82,7 @@ void decode(std::istream& stream, const std::string& name, const DecodeArguments
   if (reader.is_cut()) note("{}: {}\n", name, last_line_left_out);
   require_frames(name, text.frames() + text.error_frames());
   const std::uint64_t lost = text.lost() + reader.dropped();
-  note("{}: {}, {} of them not in {}; {}", name, counted(text.frames(), "frame"), text.unknown(),
+  note("{}: {}, {} of them not defined in {}; {}", name, counted(text.frames(), "frame"), text.unknown(),
        options.dbc.string(), counted(text.error_frames(), "error frame"));
   if (const auto rate_Hz = rate.rate_Hz()) note("; {:.4g} frames/s", *rate_Hz);
   if (lost > 0) note("; {} lost by the recorder", counted(lost, "frame"));

@@ -257,8 +257,11 @@ int run_demo(const DemoArguments& options) {
   note("{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
        virtual_s, wall.count(), axis_cycles / wall.count());
   note("{}: {}\n", options.output.string(),
-       undrawn ? "two CSV for each structure, the controller's and the twin's truth; no picture: " + *undrawn
-               : "demo.svg, demo.png, and two CSV for each structure: the controller's and the twin's truth");
+       undrawn ? "two CSV files for each structure (log of the controller, true states of the twin); "
+                 "no picture: " +
+                     *undrawn
+               : "demo.svg, demo.png, and two CSV files for each structure "
+                 "(log of the controller, true states of the twin)");
   const bool failed_once =
       std::ranges::any_of(columns, [](const Column& column) { return !column.failure.empty(); });
   return failed_once ? failed : done;

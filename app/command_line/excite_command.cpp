@@ -196,7 +196,7 @@ bool recorded(OutputFile& file, const ExciteArguments& options, const config::Co
       config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) note("{}\n", line);
   if (may_shrink && is_of_size(end.axis.fault())) {
-    note("{}. If only the zero of the sensor differs, state it: hystcan init --sensor-at-safe\n",
+    note("{}. If only the zero of the sensor differs, set the zero with hystcan init --sensor-at-safe\n",
          describe(axis, end.axis.fault()));
     return true;
   }
@@ -272,9 +272,9 @@ void add_excite(CLI::App& cli, int& status) {
               "number of major loops (2) or of steps up and down (5)");
   add_checked(*command, "--levels", options->levels, whole_number(0, Excitation::most_turns),
               "hysteresis: number of nested loops, and of reversal curves in each direction (5)");
-  add_checked(
-      *command, "--amplitude", options->amplitude, positive_number(),
-      "step, chirp: amplitude in drive units; default: 5 % of high - low, less if the twin approaches a limit");
+  add_checked(*command, "--amplitude", options->amplitude, positive_number(),
+              "step, chirp: amplitude in drive units; default: 5 % of the range from --low to --high, "
+              "less if the twin approaches a limit");
   add_checked(*command, "--frequency-from", options->from_Hz, positive_number(),
               "chirp: first frequency in Hz; default: a thousandth of the cycle rate");
   add_checked(*command, "--frequency-to", options->to_Hz, positive_number(),

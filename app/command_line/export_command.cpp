@@ -77,7 +77,7 @@ void add_export(CLI::App& cli, int& status) {
                  "write HDF5; default file: NAME-OF-THE-RUN.h5 in the working directory")
       ->excludes(csv);
   command->add_option("--axis", options->selection.axis,
-                      "axis; default: the only one, and all of them for HDF5");
+                      "axis; default: the only axis, or all axes for HDF5");
   command->add_option("--signals", options->selection.signals, "columns besides time_s; default: all")
       ->delimiter(',')
       ->allow_extra_args(false);

@@ -238,9 +238,9 @@ void add_identify(CLI::App& cli, int& status) {
               "maximum delay in the search, in seconds")
       ->excludes(delay);
   command->add_flag("--common-zero", options->identify_options.common_zero,
-                    "all datasets have the same output zero; default: each has its own");
+                    "all datasets have the same output zero; default: each dataset has its own zero");
   command->add_flag("--common-gain", options->identify_options.common_gain,
-                    "all datasets have the same output gain; default: each can have its own");
+                    "all datasets have the same output gain; default: each dataset can have its own gain");
   command->add_flag("--drift", options->identify_options.drift, "the zero of each dataset drifts linearly");
   command
       ->add_flag("--dynamics", options->dynamics,
@@ -259,7 +259,7 @@ void add_identify(CLI::App& cli, int& status) {
       command->add_option("--for", options->config, "configuration (TOML) that will use the model");
   command->add_option(
       "--axis", options->input.axis,
-      "axis of the recorded runs and of --for; default: the only one of a run, the first one of --for");
+      "axis of the recorded runs and of --for; default: the only axis of a run, the first axis of --for");
   CLI::Option* written = command->add_option("--write", options->written,
                                              "new configuration (TOML): a copy of --for with the model");
   written->needs(with_config);

@@ -33,7 +33,7 @@ std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
         (axes == 1 && files.size() > 1 && option == std::string("--record")))
       return;
     throw Error(fmt::format("{} is given {} times", option, files.size()),
-                expect("one for each of {} axes", axes));
+                expect("one file for each of {} axes", axes));
   };
   require_one_each("--record", options.records);
   if (options.records.size() > 1 && !options.input.layout.output_from.empty())
@@ -94,7 +94,7 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   const auto number = [&](const char* name, std::vector<double>& values, const char* what) {
     add_checked(command, name, values, finite_number(), what)->allow_extra_args(false);
   };
-  number("--drive-min", facts.drive_min, "lowest drive; once for all axes, or once for each");
+  number("--drive-min", facts.drive_min, "lowest drive; once for all axes, or once for each axis");
   number("--drive-max", facts.drive_max, "highest drive");
   number("--safe", facts.safe_drive, "drive at the end of every run; default: the drive nearest to 0");
   number("--stroke", facts.stroke_um,
@@ -113,15 +113,15 @@ void add_facts(CLI::App& command, InitOptions& facts) {
     command.add_option(name, facts.roles[key], what)->type_name("MSG.SIG")->allow_extra_args(false);
   };
   role("--setpoint", "command.setpoint",
-       "signal of your DBC that commands the drive; once for all axes, or once for each");
+       "signal of your DBC that commands the drive; once for all axes, or once for each axis");
   role("--position", "sample.position", "signal with the measured position");
   role("--enable", "command.enable", "signal that enables the amplifier, or none");
   command
       .add_option("--role", facts.further_roles,
-                  "a further signal of your frames: status.state=MSG.SIG; repeat it for each")
+                  "a further signal of your frames: status.state=MSG.SIG; repeat it for each signal")
       ->allow_extra_args(false);
   add_checked(command, "--nodes", facts.nodes, whole_number(1, 127),
-              "node ids of amplifier and sensor of each axis: 1,2")
+              "two node ids for each axis, amplifier and sensor: 1,2")
       ->delimiter(',');
 }
 

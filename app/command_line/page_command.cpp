@@ -74,7 +74,7 @@ void add_page(CLI::App& cli, int& status) {
   command->add_option("CONFIG", options->config, "configuration (TOML) of the controller")->required();
   add_checked(*command, "--interface", options->interface, interface_name(),
               "CAN interface; default: as configured");
-  command->add_option("--listen", options->listen, "address and port; port 0 is any free one")
+  command->add_option("--listen", options->listen, "address and port; port 0 selects any free port")
       ->capture_default_str();
   command->add_flag("--expose", options->expose,
                     "allow an address that other machines can reach (not encrypted)");

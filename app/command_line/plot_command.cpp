@@ -66,7 +66,7 @@ int run_plot(PlotArguments options) {
   for (const std::string& lacking : drawn.lacking) note("{}\n", lacking);
   if (drawn.undrawn)
     throw RunError(plots.folder, fmt::format("no pictures: {}", *drawn.undrawn),
-                   {.remedy = "their data (.csv) are complete"});
+                   {.remedy = "the data files (.csv) are complete"});
   for (const std::string& name : drawn.names)
     note("{}: {}\n", (plots.folder / name).string(), fmt::join(plots.formats, ", "));
   return done;

@@ -92,7 +92,7 @@ const std::vector<std::pair<std::string, Maker>>& makers() {
 
 /// Returns the reason why a plot of this kind cannot be made for the run; nullopt if it can.
 std::optional<std::string> lack_of(const std::string& kind, const RunFigures& run) {
-  if (kind == "step" && !run.step) return "its reference has no step";
+  if (kind == "step" && !run.step) return "the reference of the run has no step";
   if (kind == "spectrum" && run.spectrum.segments() == 0)
     return "too short for a spectrum: 1024 cycles are needed";
   if (kind == "timing" && run.turnaround_us.samples() == 0) return "no cycle times";

@@ -23,8 +23,8 @@ struct RunPlots {
 
 struct DrawnPlots {
   std::vector<std::string> names;      ///< file names of the plots, without extension
-  std::vector<std::string> lacking;    ///< plots that could not be made, with the reason: "RUN-AXIS: its
-                                       ///< reference has no step"
+  std::vector<std::string> lacking;    ///< plots that could not be made, with the reason: "RUN-AXIS: the
+                                       ///< reference of the run has no step"
   std::optional<std::string> undrawn;  ///< reason if plot.py failed and only the CSV files exist
 };
 

@@ -45,10 +45,10 @@ void require_later_rows(const SimulateArguments& options, std::optional<double> 
   for (const double time_s : block.time_s) {
     const bool is_later = !before_s || time_s > *before_s;
     if (!is_later && rows == 0)
-      throw Error(
-          options.input, fmt::format("the first row is at {} s", time_s),
-          {.expected = fmt::format("more than {} s, time_s of {}", *before_s, options.memory.string()),
-           .remedy = "a memory without time_s is the state before the first row"});
+      throw Error(options.input, fmt::format("the first row is at {} s", time_s),
+                  {.expected = fmt::format("more than {} s, which is time_s of {}", *before_s,
+                                           options.memory.string()),
+                   .remedy = "a memory without time_s is the state before the first row"});
     if (!is_later)
       throw Error(options.input, fmt::format("row {} is at {} s", rows + 1, time_s),
                   expect("more than {} s, the time of the row before: with [creep] a row lasts until the "
@@ -68,7 +68,7 @@ model::Tally run(const SimulateArguments& options, const config::Actuator& actua
                options.inverse ? actuator.output_unit : actuator.input_unit, ", the model's");
   if (memory.creeps() && !rows->timed())
     throw Error(options.input, "has no column time_s",
-                {.expected = fmt::format("one, because {} has [creep]", options.model.string()),
+                {.expected = fmt::format("this column, because {} has [creep]", options.model.string()),
                  .remedy = "use --quasi-static to ignore creep"});
   std::optional<SimulatedMode> mode;
   if (options.dynamics) mode.emplace(actuator, options.model, options.input);

@@ -15,7 +15,7 @@ SimulatedMode::SimulatedMode(const config::Actuator& actuator, const std::filesy
   if (!actuator.lag.dynamics)
     throw Error(file, "has no [dynamics]",
                 {.expected = "this table with --dynamics",
-                 .remedy = "identify it with `hystcan identify --dynamics`"});
+                 .remedy = "identify the dynamics with `hystcan identify --dynamics`"});
   dynamics_ = *actuator.lag.dynamics;
 }
 
@@ -47,7 +47,7 @@ double SimulatedMode::next(double time_s, double at_rest) {
 
 void SimulatedMode::refuse(double step_s, const std::string& expected) const {
   throw Error(input_, fmt::format("row {} is {:g} s after the row before", row_ + 1, step_s),
-              expect("{}: --dynamics needs an even rate", expected));
+              expect("{}: --dynamics needs rows at equal intervals", expected));
 }
 
 }  // namespace hystcan::app

@@ -24,7 +24,7 @@ std::string recording_text(const runs::RunWriter::Status& recording) {
 
 std::string cycles_text(const StatusAnswer& status) {
   const controller::CycleCounters& counters = status.counters;
-  return fmt::format("{:.1f} s, {:.2f} s ago: {}, {} missed, {} missing, {} late", status.time_s,
+  return fmt::format("at {:.1f} s, {:.2f} s ago: {}, {} missed, {} missing, {} late", status.time_s,
                      status.age_s, counted(counters.cycles, "cycle"), counters.missed_cycles,
                      counted(counters.missing_samples, "sample"), counters.late_samples);
 }

@@ -103,7 +103,7 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
           outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
   if (outcome.lag.creep) print("with {} of the model file\n", creep_text(*outcome.lag.creep));
   if (rest)
-    print("with these samples: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
+    print("including these samples: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
           outcome.all.max * percent);
   if (outcome.by_rate.size() > 1)
     for (const auto& of : outcome.by_rate)

@@ -46,7 +46,7 @@ void add_model_options(CLI::App& command, ModelWords& words) {
               "polynomials, splines, or the better of both (auto)");
   add_checked(command, "--creep", words.creep, creep_or_auto(),
               "creep of the output per decade of time, as a fraction (example: 0.02); none; or auto "
-              "(identified if it improves the hold-out)");
+              "(identified if creep improves the hold-out error)");
 }
 
 }  // namespace hystcan::app

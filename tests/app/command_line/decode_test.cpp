@@ -48,7 +48,7 @@ TEST_F(Decode, ShowsMessagesWithValuesUnitsAndNames) {
             "(1.500000) can0 Muxed Which=1 (first), One=-0.1 A,B [3 of 8 bytes]\n"
             "(2.000000) can0 Muxed Which=2 (second), Two=120 %\n"
             "(2.500000) can0 7FF#AB (no message of the database)\n");
-  EXPECT_NE(sound.err().find("3 frames, 1 of them not in"), std::string::npos) << sound.err();
+  EXPECT_NE(sound.err().find("3 frames, 1 of them not defined in"), std::string::npos) << sound.err();
 }
 
 TEST_F(Decode, StatesARateWithoutAStampThatSteps) {

@@ -109,10 +109,10 @@ TEST_F(Plot, WritesItsDataIfPythonIsMissing) {
   for (const auto& [interpreter, reason] :
        {std::pair(std::string("/nonexistent"),
                   "no pictures: /nonexistent cannot be started: No such file or directory; "
-                  "install python3-matplotlib; their data (.csv) are complete"),
+                  "install python3-matplotlib; the data files (.csv) are complete"),
         std::pair(path("no-matplotlib"),
                   "no pictures: the Python module matplotlib is missing; install python3-matplotlib; "
-                  "their data (.csv) are complete")}) {
+                  "the data files (.csv) are complete")}) {
     write("plots/pi-x-loops.svg", "earlier");
     Process program({"env", "HYSTCAN_PYTHON=" + interpreter, HYSTCAN_PROGRAM, "plot", csv("pi"), "--axis",
                      "x", "--kind", "loops", "--output", (shipped / "plots").string()});

@@ -108,7 +108,7 @@ TEST_F(SimulateCreep, IsAppliedBeforeTheMode) {
 
 TEST_F(SimulateCreep, NeedsTimesThatIncrease) {
   write("untimed.csv", "input\n0\n1\n");
-  expect_refused("untimed.csv", {}, "untimed.csv: has no column time_s, expected one, because ");
+  expect_refused("untimed.csv", {}, "untimed.csv: has no column time_s, expected this column, because ");
   expect_done("untimed.csv", "out.csv", {"--quasi-static"});
   write("twice.csv", "time_s,input\n0,0\n0.5,1\n0.5,2\n");
   expect_refused("twice.csv", {}, "twice.csv: row 3 is at 0.5 s, expected more than 0.5 s");
@@ -118,7 +118,7 @@ TEST_F(SimulateCreep, RefusesAFileThatBeginsBeforeItsMemory) {
   write("in.csv", "time_s,input\n0,0\n3,80\n");
   expect_done("in.csv", "out.csv", {"--save-memory", path("memory.toml")});
   expect_refused("in.csv", {"--memory", path("memory.toml")},
-                 "in.csv: the first row is at 0 s, expected more than 3 s, time_s of ");
+                 "in.csv: the first row is at 0 s, expected more than 3 s, which is time_s of ");
   std::string memory = read("memory.toml");
   memory.erase(memory.find("time_s"));
   write("memory.toml", memory);
