@@ -84,7 +84,8 @@ void set_dynamics(Stage& stage, std::size_t i, const IdentifiedPlant& plant) {
   twin.plant.amplifier.bandwidth_Hz = delays.amplifier_bandwidth_Hz;
   if (delays.sensor_delay.count() > 0) twin.sensor.delay = delays.sensor_delay;
   const auto path = [&](const config::Member& member) { return path_of(stage.config, member); };
-  stage.comments[path(axis.control.delays.amplifier_bandwidth_Hz)] = "with the sensor's lag, from the step";
+  stage.comments[path(axis.control.delays.amplifier_bandwidth_Hz)] =
+      "includes the sensor's lag; from the step";
   stage.comments[path(twin.plant.amplifier.bandwidth_Hz)] = "from the step";
   if (!plant.mode) return;
   stage.comments[path(axis.control.delays.resonance_Hz)] = "from the step";
@@ -143,7 +144,7 @@ std::string loop_line(const TuningReport& report) {
          (is_cautious(report, first)
               ? fmt::format("; margins of {:g} degrees and {:.2g} dB", report.cautious_rule.phase_margin_deg,
                             decibel(report.cautious_rule.gain_margin))
-              : "; the cautious loop does not track");
+              : "; the cautious loop does not track the reference, so this loop is used");
 }
 
 TuningReport tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records,
@@ -181,7 +182,7 @@ void print_as_stated(const config::AxisConfig& axis) {
   print_lines(axis.wire.name,
               {dynamics_line(axis.control.delays) + ": stated or assumed, not measured",
                fmt::format("loop: integral alone, ki {:.4g} 1/s: an eighth of the stability limit with these "
-                           "values; a record of small steps (--step) allows more",
+                           "values; a record of small steps (--step) allows a faster loop",
                            axis.control.law.pi.ki_per_s)});
 }
 

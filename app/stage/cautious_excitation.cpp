@@ -175,7 +175,7 @@ Excitation::Config with_margin(const config::Config& config, const twin::Config&
     const Excitation::Config part = resized(whole, factor, safe_drive);
     const auto found = excess_of(config, twin, part);
     if (!found && halvings > 0)
-      note("amplitude {:g} {} instead of {:g}: a larger one brings the twin near a limit\n",
+      note("amplitude {:g} {} instead of {:g}: a larger amplitude brings the twin near a limit\n",
            factor * amplitude, config.axes[0].wire.drive_unit, amplitude);
     if (!found) return part;
     excess = *found;
@@ -208,7 +208,7 @@ Excitation::Hysteresis tried_small_first(const config::Config& config, const twi
       note(
           "drive {:.4g} to {:.4g} {} instead of {:g} to {:g}: a larger range moves the position out of "
           "its limits, {:g} to {:g} um, because the sensor reads about {:.3g} um at {:g} {}. If that is "
-          "its zero, set it: `hystcan init --sensor-at-safe`\n",
+          "the sensor's zero, set the zero with `hystcan init --sensor-at-safe`\n",
           smaller->low, smaller->high, unit, whole.low, whole.high, limits.position_min_um,
           limits.position_max_um, 0.5 * (measured->lo + measured->hi), control.gate.safe_drive, unit);
       return *smaller;

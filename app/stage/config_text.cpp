@@ -18,9 +18,9 @@ namespace {
 constexpr const char* heading =
     "# Written by `hystcan init`. Check the values marked `assumed`: they were neither stated nor "
     "measured.\n#\n"
-    "#   hystcan check FILE         the active values and their consequences\n"
+    "#   hystcan check FILE         show the active values and their consequences\n"
     "#   hystcan {}\n"
-    "#   hystcan controller FILE    ... and the controller\n\n";
+    "#   hystcan controller FILE    control the stage, while the command above is running\n\n";
 
 /// Builds the configuration of one axis from the known facts, and the comments after its keys.
 class FirstAxis {
@@ -61,7 +61,7 @@ class FirstAxis {
       for (const can::MessageMap* map :
            {&frames->command, frames->status ? &*frames->status : nullptr, &frames->sample})
         if (map != nullptr && map->integrity == can::Integrity::counter_crc)
-          remark(map->polynomial, "assumed, like the bytes that it covers");
+          remark(map->polynomial, "assumed; the bytes that the CRC covers are also assumed");
   }
 
   void set_loop() {
@@ -96,15 +96,17 @@ class FirstAxis {
     control.supervision.missing_samples = 3;
     control.following_error.error_um = rounded(0.15 * stroke, 2);
     control.following_error.cycles = 3;
-    remark(control.gate.drive_min, "the controller commands no drive beyond these");
+    remark(control.gate.drive_min, "the controller's drive stays between drive_min and drive_max");
     remark(control.gate.safe_drive, "the drive at the end of every run");
-    remark(control.gate.slew_per_s, "assumed: the range in 2.5 periods of the resonance");
+    remark(control.gate.slew_per_s, "assumed: full drive range in 2.5 periods of the resonance");
     remark(control.wipe_slew_per_s,
            "slew of the ramps; start-up moves to drive_max and back, which erases the stage's memory");
     remark(control.wipe_dwell_s);
-    remark(control.supervision.position_min_um, "a position beyond these ends the run");
-    remark(control.supervision.position_jump_um, "per cycle; a larger jump means a loose cable");
-    remark(control.following_error.error_um, "assumed; structure \"pi\" needs more");
+    remark(control.supervision.position_min_um,
+           "a position outside position_min_um to position_max_um ends the run");
+    remark(control.supervision.position_jump_um,
+           "maximum change per cycle; a larger jump means a loose cable");
+    remark(control.following_error.error_um, "assumed; structure \"pi\" needs a larger limit");
     remark(control.supervision.missing_samples);
   }
 
@@ -156,7 +158,7 @@ class FirstAxis {
     twin.sensor.resolution_um = rounded(twin.sensor.noise_um_rms / 3.0, 1);
     twin.sensor.noise_um_rms = rounded(twin.sensor.noise_um_rms, 2);
     twin.sensor.delay = delays.sensor_delay;
-    remark(twin.plant.amplifier.drive_min, "assumed: wider than the controller's");
+    remark(twin.plant.amplifier.drive_min, "assumed: wider than the controller's drive range");
     remark(twin.plant.amplifier.slew_per_s, "assumed");
     remark(twin.plant.amplifier.bandwidth_Hz, "assumed");
     if (delays.sensor_delay.count() > 0) remark(twin.sensor.delay, "stated");
@@ -196,8 +198,8 @@ std::string config_text(const StageFacts& facts) {
     config.axes.push_back(
         FirstAxis(facts.axes[i], config.controller.rate_Hz, fmt::format("axis[{}].", i), remarks).make());
   const bool is_analogue = config.axes.front().analogue.has_value();
-  return fmt::format(heading, is_analogue ? "node FILE          the card on the bus ..."
-                                          : "twin FILE          the twin on the bus ...") +
+  return fmt::format(heading, is_analogue ? "node FILE          connect the analogue card to the bus"
+                                          : "twin FILE          simulate the stage on the bus") +
          config::file_text(config, remarks);
 }
 

@@ -91,7 +91,7 @@ class LongestStretch {
   void append(double time_s, double drive, double position_um) {
     if (present_.size() == config::most_dataset_rows)
       throw Error(name_, fmt::format("the axis is driven for more than {} rows", config::most_dataset_rows),
-                  {.remedy = "select a part of them with --from and --to"});
+                  {.remedy = "select a part of the rows with --from and --to"});
     for (const double value : {time_s, drive, position_um})
       if (!(std::abs(value) <= identification::largest_value))
         throw Error(name_, fmt::format("a value is {} in cycle {}", value, before_->number),

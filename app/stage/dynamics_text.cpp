@@ -44,7 +44,7 @@ std::string far_from_stated(const IdentifiedPlant& plant, const controller::Dela
   if (ratio <= far && ratio >= 1.0 / far) return {};
   return line("warning",
               fmt::format("the stated resonance is {:g} Hz: above half the rate, a mode appears at "
-                          "another frequency; record at a higher rate to find the right one",
+                          "another frequency; record at a higher rate to find the right frequency",
                           stated.resonance_Hz));
 }
 
@@ -74,7 +74,7 @@ std::string describe(const IdentifiedPlant& plant, const controller::Delays& sta
                 with_interval(plant.late_s, 1e3, " ms in addition to the sensor") + delay_shares(plant)) +
            line("gain", fmt::format("{:.5g} {}", plant.gain, unit));
   return text +
-         line("residual", fmt::format("{:.3g} {} rms; the chain explains {:.4f} % of the output's variance",
+         line("residual", fmt::format("{:.3g} {} rms; the model explains {:.4f} % of the output's variance",
                                       plant.residual_rms, output_unit, 100.0 * plant.explained)) +
          line("chain", fmt::format("{:.5g} Hz, damping {:.4g}, amplifier {:.5g} Hz, sensor {:.4g} ms: {}",
                                    plant.delays.resonance_Hz, plant.delays.damping_ratio,
@@ -115,9 +115,11 @@ std::string describe(const CautiousRule& rule) {
               fmt::format("the largest ki of all pairs of ki and kp >= 0 with |L| <= 1 where the phase of L "
                           "is at {:g} deg or beyond",
                           rule.phase_margin_deg - 180.0)) +
-         line("", fmt::format("(phase margin {:g} deg) and |L| <= {:.3g} where it is at -180 deg or beyond "
-                              "({:.3g} dB, the resonance too)",
-                              rule.phase_margin_deg, 1.0 / rule.gain_margin, decibel(rule.gain_margin)));
+         line("",
+              fmt::format(
+                  "(phase margin {:g} deg), and with |L| <= {:.3g} where the phase is at -180 deg or beyond "
+                  "(gain margin {:.3g} dB, also at the resonance)",
+                  rule.phase_margin_deg, 1.0 / rule.gain_margin, decibel(rule.gain_margin)));
 }
 
 Estimate later(Estimate delay_s, double s) {

@@ -83,7 +83,7 @@ class Findings {
     const Trends trend = trends(seen, predict(identified_, datasets_, i));
     if (datasets_.size() > 1 && std::abs(trend.gain) * percent_ > 0.1)
       add_finding(
-          "{}its output range differs from the model's by {:+.2g} % of the span: the "
+          "{}the output range differs from the model's by {:+.2g} % of the span: the "
           "remaining error is a gain error",
           of_dataset(i), trend.gain * percent_);
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
@@ -100,7 +100,7 @@ class Findings {
 
   void report_steps() {
     for (const Step& step : identified_.search.steps)
-      add_finding("{} was needed: error {:.3g} -> {:.3g} % RMS{}", to_string(step.quantity),
+      add_finding("{} was needed: the error fell from {:.3g} to {:.3g} % RMS{}", to_string(step.quantity),
                   step.rms_before * percent_, step.rms_after * percent_,
                   step.held_out_after
                       ? fmt::format(", {} {:.3g} -> {:.3g} %", held_out(), *step.held_out_before * percent_,
@@ -112,16 +112,16 @@ class Findings {
     for (std::size_t i = 0; i < datasets_.size(); ++i) {
       if (identified_.offsets[i] != 0.0)
         add_finding(
-            "{}its zero differs by {:+.4g} {} from dataset 1: each dataset has its own zero "
-            "(--common-zero: one for all)",
+            "{}the zero differs by {:+.4g} {} from dataset 1: each dataset has its own zero "
+            "(--common-zero: one zero for all datasets)",
             of_dataset(i), identified_.offsets[i], datasets_.front().output_unit);
       if (identified_.gains[i] != 1.0)
         add_finding(
-            "{}its output moves {:.4g} times as far as in dataset 1: the gain of amplifier or sensor differs; the "
+            "{}the output moves {:.4g} times as far as in dataset 1: the gain of amplifier or sensor differs; the "
             "model has the gain of dataset 1 (--common-gain fits one gain to all datasets)",
             of_dataset(i), identified_.gains[i]);
       if (identified_.drifts[i] != 0.0)
-        add_finding("{}its zero drifts by {:+.3g} {} from start to end", of_dataset(i), identified_.drifts[i],
+        add_finding("{}the zero drifts by {:+.3g} {} from start to end", of_dataset(i), identified_.drifts[i],
                     datasets_.front().output_unit);
     }
   }
@@ -175,10 +175,10 @@ class Findings {
       const LeftOut& part = identified_.left_out[i];
       if (part.samples == 0.0) continue;
       const double more = 100.0 * (part.gain - 1.0);
-      add_finding("{}the other records predict it with an error of {:.3g} % RMS{}", of_dataset(i),
+      add_finding("{}the other records predict this record with an error of {:.3g} % RMS{}", of_dataset(i),
                   part.rms() * percent_,
-                  std::abs(more) > 0.2 ? fmt::format("; it moves {:.2g} % {} than predicted", std::abs(more),
-                                                     more > 0.0 ? "more" : "less")
+                  std::abs(more) > 0.2 ? fmt::format("; the output moves {:.2g} % {} than predicted",
+                                                     std::abs(more), more > 0.0 ? "more" : "less")
                                        : std::string());
     }
   }
@@ -215,19 +215,20 @@ class Findings {
       const InitialMemory& memory = identified_.memories[i];
       switch (memory.kind) {
         case InitialMemory::Kind::virgin:
-          add_finding("{}it starts on the ascending reference curve with an empty memory", of_dataset(i));
+          add_finding("{}the dataset starts on the ascending reference curve with an empty memory",
+                      of_dataset(i));
           break;
         case InitialMemory::Kind::from_lower:
-          add_finding("{}it starts as if the input had moved directly from the lower threshold",
+          add_finding("{}the dataset starts as if the input had moved directly from the lower threshold",
                       of_dataset(i));
           break;
         case InitialMemory::Kind::from_upper:
-          add_finding("{}it starts as if the input had moved directly from the upper threshold",
+          add_finding("{}the dataset starts as if the input had moved directly from the upper threshold",
                       of_dataset(i));
           break;
         case InitialMemory::Kind::nested:
           add_finding(
-              "{}it starts after an unknown history, estimated as a decaying oscillation with bias "
+              "{}the dataset starts after an unknown history, estimated as a decaying oscillation with bias "
               "{:+.2g} (0: demagnetised, above 0: mostly from below)",
               of_dataset(i), memory.bias);
       }

@@ -74,8 +74,9 @@ std::string structures_of(const IdentificationReport& report) {
   };
   const auto with_creep = [](const SearchResult& result) {
     const double creep = result.trial.creep_per_decade;
-    return creep > 0.0 ? fmt::format("all, with a creep of {:.2g} % per decade", 100.0 * creep)
-                       : "all, without creep";
+    return creep > 0.0
+               ? fmt::format("all parameters, with a creep of {:.2g} % per decade of time", 100.0 * creep)
+               : "all parameters, without creep";
   };
   for (const identification::Step& step : search.steps)
     row(to_string(step.quantity), step.rms_after, step.held_out_after, true);

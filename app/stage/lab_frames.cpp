@@ -45,12 +45,12 @@ constexpr Role all_roles[] = {
     {FramePart::command, Quantity::drive, "setpoint", "Commanded drive", "--setpoint"},
     {FramePart::command, Quantity::number, "enable", "Switch that enables the amplifier", "--enable"},
     {FramePart::command, Quantity::number, "clear_fault", "Bit that clears a fault"},
-    {FramePart::command, Quantity::number, "sync_counter", "Counter of the SYNC in a command"},
+    {FramePart::command, Quantity::number, "sync_counter", "SYNC counter in the command frame"},
     {FramePart::command, Quantity::number, "counter", "Frame counter of a command"},
     {FramePart::command, Quantity::number, "crc", "CRC of a command"},
     {FramePart::sample, Quantity::position, "position", "Measured position", "--position"},
     {FramePart::sample, Quantity::number, "status", "Status of the sensor, 0 if good"},
-    {FramePart::sample, Quantity::number, "sync_counter", "Counter of the SYNC in a sample"},
+    {FramePart::sample, Quantity::number, "sync_counter", "SYNC counter in the sample frame"},
     {FramePart::sample, Quantity::number, "counter", "Frame counter of a sample"},
     {FramePart::sample, Quantity::number, "crc", "CRC of a sample"},
     {FramePart::status, Quantity::drive, "output", "Measured output of the amplifier"},
@@ -138,7 +138,7 @@ class FrameQuestions {
     if (answer.empty())
       throw Error(
           fmt::format("{} missing: {}", role.option(), what),
-          {.expected = found.empty() ? "a signal, but the DBC has no suitable one" : "one of: " + list});
+          {.expected = found.empty() ? "a signal, but the DBC has no suitable signal" : "one of: " + list});
     if (answer == no_signal) return;
     const std::size_t dot = answer.find('.');
     map.message = answer.substr(0, dot);
@@ -189,7 +189,7 @@ class FrameQuestions {
       names.push_back(fmt::format("{} {}", raw, name));
     const Question question{
         fmt::format("--role {}", states_key), "Raw values of off/ready/enabled/fault", "",
-        fmt::format("as 0/16/32/64,65; in the DBC: {}", names.empty() ? "no names" : list_of(names))};
+        fmt::format("example: 0/16/32/64,65; in the DBC: {}", names.empty() ? "no names" : list_of(names))};
     const std::string answer = questions_.text(
         question, stated(std::string(states_key), question.option), {}, [](const std::string& text) {
           return unless(parsed_states(text).has_value(), "'{}', expected raw values as 0/16/32/64,65", text);
@@ -204,8 +204,8 @@ class FrameQuestions {
     MessageMap& map = map_of(part);
     map.integrity = can::Integrity::none;
     if (map.carries("crc") && !map.carries("counter"))
-      throw Error(
-          fmt::format("--role {0}.counter missing: without it {0}.crc is not checked", word_of(part)));
+      throw Error(fmt::format("--role {0}.counter missing: without this counter {0}.crc is not checked",
+                              word_of(part)));
     if (map.carries("crc")) {
       map.integrity = can::Integrity::counter_crc;
       map.data_id.kind = can::DataId::Kind::none;
@@ -250,7 +250,7 @@ void take_standard_frames(can::AxisWire& wire, const can::Database& database, co
   const Message& command = *database.find(prefix + std::string(can::AmpCommand::name));
   if (const Signal* setpoint = command.find("Setpoint");
       setpoint != nullptr && !can::decimal_step(setpoint->unit, wire.drive_unit))
-    throw Error(file, fmt::format("the setpoint of {} is in {}", command.name, setpoint->unit),
+    throw Error(file, fmt::format("the unit of the setpoint in {} is {}", command.name, setpoint->unit),
                 expect("{} (--unit)", wire.drive_unit));
   wire.message_prefix = prefix;
   wire.amplifier_node = node_of(*database.find(prefix + std::string(can::AmpStatus::name)));

@@ -139,8 +139,9 @@ std::string Questions::text(const Question& question, const std::optional<std::s
 
 void Questions::require_all() const {
   if (missing_.empty()) return;
-  throw Error(fmt::format("{} {} missing and {} no default", fmt::join(missing_, ", "),
-                          missing_.size() == 1 ? "is" : "are", missing_.size() == 1 ? "has" : "have"),
+  const std::string options = fmt::format("{}", fmt::join(missing_, ", "));
+  throw Error(missing_.size() == 1 ? fmt::format("{} is missing and has no default", options)
+                                   : fmt::format("{} are missing and have no default", options),
               {.remedy = "add it, or run `hystcan init` on a terminal without --yes"});
 }
 

@@ -36,7 +36,7 @@ std::optional<Value> of_axis(const char* option, const std::vector<Value>& value
   if (values.empty()) return std::nullopt;
   if (values.size() != 1 && values.size() != axes)
     throw Error(fmt::format("{} has {} values", option, values.size()),
-                expect("one, or one for each of {} axes", axes));
+                expect("one value, or one value for each of {} axes", axes));
   return values.size() == 1 ? values.front() : values[i];
 }
 

@@ -116,7 +116,7 @@ std::vector<std::string> texts_of(const RateOffer& offer, const std::vector<Prom
   std::vector<std::string> texts;
   for (std::size_t i = 0; i < offer.promises.size(); ++i)
     texts.push_back(
-        fmt::format("{}: at {:g} Hz: {:.2g} um instead of {}", offer.promises[i].axis, offer.rate_Hz,
+        fmt::format("{}: at {:g} Hz: error {:.2g} um instead of {}", offer.promises[i].axis, offer.rate_Hz,
                     offer.promises[i].rms_um,
                     i < present.size() ? fmt::format("{:.2g}", present[i].rms_um) : std::string("a fault")));
   return texts;

@@ -38,7 +38,7 @@ std::vector<Promise> promises_with_best_feed_forward(config::Config config);
 std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, const std::vector<double>& rates_Hz,
                                      const std::vector<Promise>& present);
 
-/// Returns a text for each axis, for example "x: at 1250 Hz: 0.17 um instead of 1.4".
+/// Returns a text for each axis, for example "x: at 1250 Hz: error 0.17 um instead of 1.4".
 std::vector<std::string> texts_of(const RateOffer& offer, const std::vector<Promise>& present);
 
 }  // namespace hystcan::app

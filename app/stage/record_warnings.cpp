@@ -60,7 +60,7 @@ void refuse_same_rows(const std::filesystem::path& file, const Dataset& dataset,
                       const std::filesystem::path& other_file, const Dataset& other) {
   if (identification::has_same_rows(dataset, other))
     throw Error(file, fmt::format("has the same rows as {}: both are one session", other_file.string()),
-                {.remedy = "leave one of them out"});
+                {.remedy = "leave out one of the two files"});
 }
 
 void refuse_same_rows(const std::vector<std::filesystem::path>& files, const std::vector<Dataset>& datasets) {

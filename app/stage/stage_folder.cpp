@@ -186,7 +186,7 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
                   "  hystcan {1} {0} & hystcan controller {0}  # in real time; needs the CAN interface\n",
                   file, nodes));
   if (std::filesystem::exists(made / fast_config))
-    print(fmt::format("  hystcan demo --config {}     # the faster loop, after the cautious one has run\n",
+    print(fmt::format("  hystcan demo --config {}     # the faster loop, after the cautious loop has run\n",
                       fast));
 }
 
@@ -231,7 +231,7 @@ void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
              "# A straight line through the travel, until there is a measured model.\n" +
                  config::model_text(straight_line(axis), {}));
   write_file(folder / axis.config.twin_model,
-             "# The twin's actuator: a typical loop of a piezo stack, until there is a measured one.\n" +
+             "# The twin's actuator: a typical loop of a piezo stack, until a loop is measured.\n" +
                  config::model_text(usual_loop(axis), {}));
 }
 
@@ -345,8 +345,9 @@ void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Pla
   if (facts.rate_is_assumed && (rings || offer->share < 0.5))
     facts.config.controller.rate_Hz = offer->rate_Hz;
   const bool is_taken = facts.config.controller.rate_Hz == offer->rate_Hz;
-  const std::string end = is_taken ? fmt::format(" at {:g} Hz: used as the cycle rate", usual_Hz)
-                                   : std::string(" (--cycle-rate)");
+  const std::string end =
+      is_taken ? fmt::format(" at {:g} Hz; the cycle rate is now {:g} Hz", usual_Hz, offer->rate_Hz)
+               : std::string(" (--cycle-rate)");
   for (const std::string& text : texts_of(*offer, present)) print(text + end + '\n');
   flush_output();
 }

@@ -33,7 +33,7 @@ void require_names(const std::vector<std::string>& axes) {
     // File names are AXIS.first.toml or AXIS.model.toml, so a dot in an axis name would be ambiguous.
     if (!config::is_axis_name(axes[i]) || axes[i].find('.') != std::string::npos)
       throw Error(fmt::format("--axis is '{}'", axes[i]),
-                  expect("1 to 64 letters, digits, _ or -, because files are named after it"));
+                  expect("1 to 64 letters, digits, _ or -, because the name is part of file names"));
     if (std::find(axes.begin(), axes.begin() + static_cast<std::ptrdiff_t>(i), axes[i]) !=
         axes.begin() + static_cast<std::ptrdiff_t>(i))
       throw Error(fmt::format("--axis {} occurs twice", axes[i]), expect("different names"));
@@ -70,13 +70,13 @@ class AxisQuestions {
   }
 
   void ask_card() {
-    card_ =
-        questions_.text({"--card", "Amplifier on CAN, or analogue", "",
-                         "can, or the card of an analogue one: comedi:/dev/comedi0, iio:ad5791, simulated"},
-                        stated_.card, on_can, [](const std::string& card) {
-                          return unless(card == on_can || node::DeviceName::parsed(card),
-                                        "'{}', expected can, {}", card, node::DeviceName::expected);
-                        });
+    card_ = questions_.text(
+        {"--card", "Amplifier on CAN, or analogue", "",
+         "can, or the card of an analogue amplifier: comedi:/dev/comedi0, iio:ad5791, simulated"},
+        stated_.card, on_can, [](const std::string& card) {
+          return unless(card == on_can || node::DeviceName::parsed(card), "'{}', expected can, {}", card,
+                        node::DeviceName::expected);
+        });
   }
 
   void ask_unit() {
@@ -252,7 +252,8 @@ std::optional<std::string> wrong_with(const std::vector<int>& nodes, std::size_t
   const bool sound = nodes.size() == 2 * axes &&
                      std::ranges::all_of(nodes, [](int node) { return node >= 1 && node <= 127; });
   if (!sound)
-    return unless(false, "expected {} node ids from 1 to 127, amplifier and sensor of each axis", 2 * axes);
+    return unless(false, "expected {} node ids from 1 to 127, two for each axis: amplifier, sensor",
+                  2 * axes);
   std::vector<int> sorted = nodes;
   std::ranges::sort(sorted);
   return unless(std::ranges::adjacent_find(sorted) == sorted.end(), "expected different ids");
@@ -275,7 +276,7 @@ void number_nodes(StageFacts& stage, const InitOptions& stated, Questions& quest
     known_text = known_text ? *known_text + fmt::format(",{}", node) : fmt::format("{}", node);
   const std::string answer = questions.text(
       {"--nodes", "Node ids", "",
-       "node ids of amplifier and sensor, axis by axis (CANopen heartbeats and SYNC)"},
+       "two node ids for each axis, amplifier and sensor (for CANopen heartbeats and SYNC)"},
       known_text, usual_text,
       [&](const std::string& text) { return wrong_with(parsed_nodes(text), stage.axes.size()); });
   const std::vector<int> nodes = parsed_nodes(answer);
@@ -293,12 +294,12 @@ std::filesystem::path shipped_dbc(const std::string& drive_unit) {
 constexpr double usual_rate_Hz = 1000.0;
 
 void ask_about_the_bus(StageFacts& stage, const InitOptions& stated, Questions& questions) {
-  stage.config.controller.rate_Hz =
-      questions.number({"--cycle-rate", "Cycle rate", "Hz",
-                        "samples and commands per second; the bus must carry four frames for each"},
-                       stated.rate_Hz, usual_rate_Hz, [](double value) {
-                         return unless(value >= 1.0 && value <= 10'000.0, "{:g}, expected 1 to 10000", value);
-                       });
+  stage.config.controller.rate_Hz = questions.number(
+      {"--cycle-rate", "Cycle rate", "Hz",
+       "cycles (sample and command) per second; the bus must carry four frames in each cycle"},
+      stated.rate_Hz, usual_rate_Hz, [](double value) {
+        return unless(value >= 1.0 && value <= 10'000.0, "{:g}, expected 1 to 10000", value);
+      });
   stage.rate_is_assumed = !stated.rate_Hz && stage.config.controller.rate_Hz == usual_rate_Hz;
   stage.config.bus.interface =
       questions.text({"--interface", "CAN interface", "", "vcan0 for the twin; can be changed at any time"},

@@ -62,7 +62,7 @@ void judge_record(const std::filesystem::path& file, Dataset& dataset, bool acce
   for (const RecordWarning& warning : leave_out_suspects(file, dataset)) {
     if (!accept)
       throw Error(warning.fact + ", and the record sets the limits of the stage",
-                  {.remedy = "record it again, or add --accept"});
+                  {.remedy = "record the dataset again, or add --accept"});
     note("hystcan: {}\n", warning.text());
   }
 }

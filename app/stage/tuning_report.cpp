@@ -101,7 +101,7 @@ std::string cautious_line(const TuningReport& report) {
   if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};
   return line("cautious",
               fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: recommended for the first run "
-                          "on a bench; --cautious proposes it",
+                          "on a bench; --cautious proposes this loop",
                           cautious.rms_percent(), report.cautious_rule.phase_margin_deg,
                           decibel(report.cautious_rule.gain_margin)));
 }
@@ -110,8 +110,8 @@ std::string choice(const TuningReport& report) {
   const Candidate &present = report.present(), &best = report.proposed();
   if (report.best == 0)
     return line("proposed", "the present setting, unchanged: no candidate is predicted to track better");
-  return line("proposed", fmt::format("{}: the smallest predicted error, {:.3f} %; present {}", best.name,
-                                      best.rms_percent(),
+  return line("proposed", fmt::format("{}: the smallest predicted error, {:.3f} %; present setting: {}",
+                                      best.name, best.rms_percent(),
                                       present.has_run() ? fmt::format("{:.3f} %", present.rms_percent())
                                                         : std::string("not stable, or faulted")));
 }
@@ -259,7 +259,7 @@ std::string fragment(const TuningReport& report) {
   const controller::Delays& delays = after.control.delays;
   Notes notes{{after.control.law.pi.kp, " um per um"},
               {after.control.law.pi.ki_per_s, ""},
-              {delays.command_delay, "; one cycle; the measured delay starts at its end"},
+              {delays.command_delay, "; one cycle: the measured delay starts at the end of this cycle"},
               {delays.resonance_Hz, ""},
               {delays.damping_ratio, ""}};
   if (delays.amplifier_bandwidth_Hz != before.control.delays.amplifier_bandwidth_Hz)

@@ -324,7 +324,8 @@ TEST_F(Identify, WritesTheCreepThatTwoRatesShow) {
   EXPECT_NE(program.out().find("the output creeps by 2 % of its travel per decade of time"),
             std::string::npos)
       << program.out();
-  EXPECT_NE(program.out().find("dataset 2: the other records predict it with an error of"), std::string::npos)
+  EXPECT_NE(program.out().find("dataset 2: the other records predict this record with an error of"),
+            std::string::npos)
       << program.out();
   EXPECT_NE(read("report/report.html").find("<h2>Selected structure</h2>"), std::string::npos);
   Process judged = validate("fast.csv");

@@ -167,7 +167,8 @@ TEST_F(LabFrames, NeedACounterForACrc) {
   take_command(bits("Sum", 24, 8));
   Stated stated = with("command.crc", "Set.Sum");
   stated["command.enable"] = {"none"};
-  EXPECT_EQ(refusal(stated), "--role command.counter missing: without it command.crc is not checked");
+  EXPECT_EQ(refusal(stated),
+            "--role command.counter missing: without this counter command.crc is not checked");
 }
 
 TEST_F(LabFrames, ConsistOfPrefixAndNodesForTheStandardDbc) {
@@ -181,7 +182,7 @@ TEST_F(LabFrames, ConsistOfPrefixAndNodesForTheStandardDbc) {
 
 TEST_F(LabFrames, RefuseAStandardDbcWithAnotherUnitOrFewerAxes) {
   take_shipped("galfenol.dbc");
-  EXPECT_NE(refusal({}).find("is in A, expected V (--unit)"), std::string::npos);
+  EXPECT_NE(refusal({}).find("is A, expected V (--unit)"), std::string::npos);
   take_shipped("hystcan.dbc");
   EXPECT_NE(refusal({}, {"x", "y", "z"}).find("expected the frames of 3 axes"), std::string::npos);
 }
