@@ -90,8 +90,8 @@ void show_bus(const config::Config& config) {
 void show_mismatch(const config::AxisConfig& axis) {
   if (axis.twin.interpolate == axis.control.delays.interpolated) return;
   print(
-      "# warning: axis {}: the twin has interpolate = {}, axis.control.delays has interpolated = {}; the "
-      "preview is wrong by half a cycle\n",
+      "# warning: axis {}: the twin has interpolate = {}, axis.control.delays has interpolated = {}; "
+      "the preview is wrong by half a cycle\n",
       axis.wire.name, axis.twin.interpolate, axis.control.delays.interpolated);
 }
 
@@ -105,8 +105,8 @@ std::string start_up_text(const config::AxisConfig& axis) {
     return fmt::format("start_up = \"wipe\" moves the drive to both thresholds, {:.6g} and {:.6g} {}",
                        thresholds.hi, thresholds.lo, unit);
   return fmt::format(
-      "start_up = \"wipe\" moves the drive to the upper threshold only, {:.6g} {}: the drive range does not "
-      "reach the lower threshold, {:.6g} {}",
+      "start_up = \"wipe\" moves the drive to the upper threshold only, {:.6g} {}: "
+      "the drive range does not reach the lower threshold, {:.6g} {}",
       thresholds.hi, unit, thresholds.lo, unit);
 }
 

@@ -187,14 +187,14 @@ std::vector<std::string> DecodeFindings::add(const can::LoggedFrame& logged) {
   const std::size_t one_frame = frame.kind == FrameKind::fd ? frame.data.size() : classical_bytes;
   if (message->length > one_frame)
     findings.push_back(
-        fmt::format("message {} has {} bytes, a frame at most {}: a message of several frames is "
-                    "not assembled",
+        fmt::format("message {} has {} bytes, a frame at most {}: "
+                    "a message of several frames is not assembled",
                     message->name, message->length, frame.length));
   for (const can::Signal& signal : message->signals)
     if (!can::is_decodable(signal))
       findings.push_back(
-          fmt::format("message {}: signal {}, {}, is left out, expected 1 to 64 bits, or 32 or 64 for "
-                      "an IEEE 754 number",
+          fmt::format("message {}: signal {}, {}, is left out, "
+                      "expected 1 to 64 bits, or 32 or 64 for an IEEE 754 number",
                       message->name, signal.name, kind_of(signal)));
   return findings;
 }

@@ -101,8 +101,8 @@ std::string finding_of_old(const std::filesystem::path& file, const identificati
   const double slack = 0.01 * known.span();
   const bool covers = moved.lo <= known.lo + slack && moved.hi >= known.hi - slack;
   return fmt::format(
-      "the inputs range from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: {}everything "
-      "that the datasets do not determine is copied from {}{}",
+      "the inputs range from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: "
+      "{}everything that the datasets do not determine is copied from {}{}",
       moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
       covers ? "" : "everything beyond the inputs and ",
       file.string() + (old.creep ? "" : ", which has no creep"),
@@ -204,8 +204,8 @@ int run_identify(const IdentifyArguments& options) {
   } else {
     for (const std::string& finding : finding_texts) print("- {}\n", finding);
     print(
-        "{}: {}, {} parameters, misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span "
-        "{:.5g} {}\n",
+        "{}: {}, {} parameters, "
+        "misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span {:.5g} {}\n",
         options.output.string(), identified.search.shape.text(), identified.parameter_count(),
         identified.overall.rms * percent, identified.overall.max * percent,
         identified.held_out_rms

@@ -51,8 +51,8 @@ void require_later_rows(const SimulateArguments& options, std::optional<double> 
                    .remedy = "a memory without time_s is the state before the first row"});
     if (!is_later)
       throw Error(options.input, fmt::format("row {} is at {} s", rows + 1, time_s),
-                  expect("more than {} s, the time of the row before: with [creep] a row lasts until the "
-                         "next one",
+                  expect("more than {} s, the time of the row before: "
+                         "with [creep] a row lasts until the next row",
                          *before_s));
     before_s = time_s;
     ++rows;

@@ -199,8 +199,8 @@ void visit(V& v, AxisAnswer& a) {
   v.optional(
       "waits_for_all", a.waits_for_all, waits,
       {"",
-       "missing conditions: only the first condition of each node, because its later conditions depend on "
-       "the first; for a ready amplifier both output and rest"});
+       "missing conditions: only the first condition of each node, "
+       "because its later conditions depend on the first; for a ready amplifier both output and rest"});
   v.optional("fault_time_s", a.fault_time_s, has_fault, {"s", "faulted axis: time of the fault"});
   v.optional("remedy", a.remedy, has_fault, {"", "faulted axis: what to do"});
   v.optional("reference_um", a.reference_um, a.tracks(), {"um", "while tracking: the reference"});
@@ -228,19 +228,18 @@ struct StatusAnswer {
 template <class V>
 void visit(V& v, StatusAnswer& a) {
   v.member("time_s", a.time_s, {"s", "time from the start of the controller to the newest cycle"});
-  v.member(
-      "age_s", a.age_s,
-      {"s",
-       "age of the newest cycle, usually less than 0.02 s; if it grows, no cycles run and the other values "
-       "are as old"});
+  v.member("age_s", a.age_s,
+           {"s",
+            "age of the newest cycle, usually less than 0.02 s; "
+            "if it grows, no cycles run and the other values have the same age"});
   visit(v, a.counters);
   v.member("timing", a.timing, {"", "times of the newest cycle"});
   v.member("recording", a.recording, {"", "the recording"});
   v.optional(
       "last_event", a.last_event, a.last_event.has_value(),
       {"",
-       "last event of a node: emergency, not set up, foreign NMT command, sample without a SYNC, frame of "
-       "another controller"});
+       "last event of a node: "
+       "emergency, not set up, foreign NMT command, sample without a SYNC, frame of another controller"});
   v.member("axes", a.axes, {"", "the newest cycle of each axis"});
 }
 

@@ -45,8 +45,8 @@ Finding examine_bit_rate(const config::Config& config, const std::string& name, 
     figure += fmt::format(", {:g} kbit/s in the data phase", 1e-3 * *found.data_bitrate_bit_per_s);
   if (real != wanted)
     return {"bit rate", Verdict::bad, fmt::format("{}, configured {:g} kbit/s", figure, 1e-3 * wanted),
-            fmt::format("ip link set {0} down; ip link set {0} up type can bitrate {1:.0f}, or correct "
-                        "bitrate_bit_per_s",
+            fmt::format("ip link set {0} down; "
+                        "ip link set {0} up type can bitrate {1:.0f}, or correct bitrate_bit_per_s",
                         name, wanted)};
   const bool has_fd = !config::fd_messages(config).empty() && found.data_bitrate_bit_per_s.has_value();
   if (!has_fd || config.bus.data_bitrate_bit_per_s != 0) return {"bit rate", Verdict::good, figure};
@@ -174,8 +174,8 @@ Finding examine_formats(const config::Config& config, std::span<const can::Frame
       if (is == expected) continue;
       const bool is_used = found->kind == can::FrameKind::fd && message->fd;
       return {"frame format", Verdict::bad, fmt::format("{} arrives as {}", message->name, is),
-              fmt::format("set {} to send {}, as defined in {} (VFrameFormat, CANFD_BRS) with "
-                          "bus.data_bitrate_bit_per_s = {}; {}",
+              fmt::format("set {} to send {}, as defined in {} "
+                          "(VFrameFormat, CANFD_BRS) with bus.data_bitrate_bit_per_s = {}; {}",
                           message->sender.empty() ? "the node" : message->sender, expected,
                           config.bus.dbc.string(), config.bus.data_bitrate_bit_per_s,
                           is_used ? "many nodes do not answer frames without bit-rate switch"

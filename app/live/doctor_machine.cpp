@@ -26,8 +26,8 @@ Finding examine_kernel(const std::filesystem::path& root) {
                       : has("PREEMPT")       ? "PREEMPT"
                                              : "not preemptible";
   return {"kernel", Verdict::doubtful, fmt::format("{}, {}", kernel, model),
-          "install a PREEMPT_RT kernel (Debian: linux-image-rt-amd64), or boot with preempt=full if "
-          "the kernel is PREEMPT_DYNAMIC"};
+          "install a PREEMPT_RT kernel (Debian: linux-image-rt-amd64), "
+          "or boot with preempt=full if the kernel is PREEMPT_DYNAMIC"};
 }
 
 Finding examine_clock(const std::filesystem::path& root) {

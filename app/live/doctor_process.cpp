@@ -64,8 +64,8 @@ Finding examine_limits() {
   return judged("limits", endless,
                 fmt::format("rtprio {}, memlock {}, rttime {}", limit_text(RLIMIT_RTPRIO, 1, ""),
                             limit_text(RLIMIT_MEMLOCK, 1024, " kB"), limit_text(RLIMIT_RTTIME, 1, " us")),
-                "run ulimit -R unlimited (systemd: LimitRTTIME=infinity); the kernel kills a real-time "
-                "thread that reaches rttime");
+                "run ulimit -R unlimited (systemd: LimitRTTIME=infinity); "
+                "the kernel kills a real-time thread that reaches rttime");
 }
 
 Finding examine_build() {

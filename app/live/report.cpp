@@ -186,13 +186,13 @@ std::string failure_of(const std::vector<controller::AxisOutcome>& axes) {
 std::string describe(const controller::Learning::Report& learning) {
   if (learning.periods == 0) return "nothing learnt: every period had a limited drive or a missing sample";
   const std::string errors = fmt::format(
-      "{} judged, error RMS of the last segment (setpoint[{}]): {:.4f} um "
-      "in its first period, {:.4f} um in its last period",
+      "{} judged, error RMS of the last segment (setpoint[{}]): "
+      "{:.4f} um in its first period, {:.4f} um in its last period",
       counted(learning.periods, "period"), learning.segment, learning.first_rms_um, learning.rms_um);
   if (learning.state == controller::LearningState::diverged)
     return errors +
-           "; warning: the error of a segment grew in each attempt, so the correction of this segment "
-           "was reset permanently";
+           "; warning: the error of a segment grew in each attempt, "
+           "so the correction of this segment was reset permanently";
   if (learning.state == controller::LearningState::resting)
     return errors + "; warning: the error grew, so the correction was reset";
   return errors + fmt::format("; correction up to {:.4f} um", learning.correction_max_um);

@@ -18,20 +18,18 @@ namespace {
 void require_intended(const PageListening& listening, const std::string& source) {
   if (is_loopback(listening.address)) return;
   if (source == "demo")
-    throw Error(
-        "--page " + listening.address,
-        "other machines can reach this address; the page of a demo is for this machine only. "
-        "Forward the port from the other machine instead (ssh -L 8080:localhost:8080 HOST). For a real "
-        "controller, hystcan page has --listen and --expose");
+    throw Error("--page " + listening.address,
+                "other machines can reach this address; the page of a demo is for this machine only. "
+                "Forward the port from the other machine instead (ssh -L 8080:localhost:8080 HOST). "
+                "For a real controller, hystcan page has --listen and --expose");
   if (!listening.expose)
     throw Error(
         "--listen " + listening.address,
-        "other machines can reach this address. The page is not encrypted: a listener on the network sees "
-        "the token and can then move the stage. Forward the port instead (ssh -L 8080:localhost:8080 "
-        "HOST), or add --expose");
+        "other machines can reach this address. "
+        "The page is not encrypted: a listener on the network sees the token and can then move the stage. "
+        "Forward the port instead (ssh -L 8080:localhost:8080 HOST), or add --expose");
   spdlog::warn(
-      "the page is open to the network, unencrypted: a listener sees the token and can move the "
-      "stage");
+      "the page is open to the network, unencrypted: a listener sees the token and can move the stage");
 }
 
 }  // namespace

@@ -103,8 +103,8 @@ std::string dynamics_line(const std::string& record, const IdentifiedPlant& plan
   std::string text = fmt::format("{}; from {}", dynamics_line(plant.delays), record);
   if (!plant.mode)
     text += fmt::format(
-        ", which shows delay and lag but no mode ({}): the loop uses the stated {:g} Hz and keeps its "
-        "margins with every higher resonance",
+        ", which shows delay and lag but no mode ({}): "
+        "the loop uses the stated {:g} Hz and keeps its margins with every higher resonance",
         plant.not_shown, stated_Hz);
   else if (!is_as_stated(*plant.mode, stated_Hz))
     text += fmt::format(", instead of the stated {:g} Hz", stated_Hz);
@@ -179,11 +179,11 @@ void set_as_stated(Stage& stage, std::size_t i) {
 }
 
 void print_as_stated(const config::AxisConfig& axis) {
-  print_lines(axis.wire.name,
-              {dynamics_line(axis.control.delays) + ": stated or assumed, not measured",
-               fmt::format("loop: integral alone, ki {:.4g} 1/s: an eighth of the stability limit with these "
-                           "values; a record of small steps (--step) allows a faster loop",
-                           axis.control.law.pi.ki_per_s)});
+  print_lines(axis.wire.name, {dynamics_line(axis.control.delays) + ": stated or assumed, not measured",
+                               fmt::format("loop: integral alone, ki {:.4g} 1/s: "
+                                           "an eighth of the stability limit with these values; "
+                                           "a record of small steps (--step) allows a faster loop",
+                                           axis.control.law.pi.ki_per_s)});
 }
 
 /// Returns how much the twin's actuator should deviate from the model, as a share of half the output range.
@@ -208,8 +208,8 @@ double measured_share(const Identified& found, const AxisRecords& records) {
 std::string plant_text(const Identified& found, const AxisRecords& records) {
   const double share = measured_share(found, records);
   return fmt::format(
-             "# The twin's actuator: the identified model with output errors of up to {:.2g} % of half "
-             "the output range.\n",
+             "# The twin's actuator: "
+             "the identified model with output errors of up to {:.2g} % of half the output range.\n",
              100.0 * share) +
          config::model_text(not_quite(found.parameters, share), {}, {}, not_quite(found.creep, share));
 }

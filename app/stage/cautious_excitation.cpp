@@ -141,8 +141,8 @@ std::optional<std::string> excess_of(const config::Config& config, const twin::C
   if (extrapolated_um(measured.lo) < limits.position_min_um ||
       extrapolated_um(measured.hi) > limits.position_max_um)
     return fmt::format(
-        "the position moves from {:.4g} to {:.4g} um, position_min_um and position_max_um "
-        "are {:g} and {:g}",
+        "the position moves from {:.4g} to {:.4g} um, "
+        "position_min_um and position_max_um are {:g} and {:g}",
         measured.lo, measured.hi, limits.position_min_um, limits.position_max_um);
   return std::nullopt;
 }
@@ -181,8 +181,8 @@ Excitation::Config with_margin(const config::Config& config, const twin::Config&
     excess = *found;
   }
   throw RunError(fmt::format(
-      "the experiment is too large for the twin, even with an amplitude of {:.3g}: {}; check [axis.twin] "
-      "and the limits of [axis.control], or set --amplitude. Nothing is written",
+      "the experiment is too large for the twin, even with an amplitude of {:.3g}: "
+      "{}; check [axis.twin] and the limits of [axis.control], or set --amplitude. Nothing is written",
       std::ldexp(amplitude, -most_halvings), excess));
 }
 
@@ -199,16 +199,18 @@ Excitation::Hysteresis tried_small_first(const config::Config& config, const twi
     const auto measured = positions_of(config, twin, run, part);
     if (!measured)
       throw RunError(fmt::format(
-          "a drive of {:g} to {:g} {} already moves the position beyond position_min_um, position_max_um "
-          "or position_jump_um; check these limits, and the sign, zero (`hystcan init --sensor-at-safe`) "
-          "and unit of the sensor. Nothing is written",
+          "a drive of {:g} to {:g} {} already moves the position beyond "
+          "position_min_um, position_max_um or position_jump_um; "
+          "check these limits, and the sign, zero (`hystcan init --sensor-at-safe`) and unit of the sensor. "
+          "Nothing is written",
           part.low, part.high, unit));
     if (const auto smaller = part_within_limits(whole, part, *measured, control.supervision)) {
       const controller::Supervisor::Config& limits = control.supervision;
       note(
-          "drive {:.4g} to {:.4g} {} instead of {:g} to {:g}: a larger range moves the position out of "
-          "its limits, {:g} to {:g} um, because the sensor reads about {:.3g} um at {:g} {}. If that is "
-          "the sensor's zero, set the zero with `hystcan init --sensor-at-safe`\n",
+          "drive {:.4g} to {:.4g} {} instead of {:g} to {:g}: "
+          "a larger range moves the position out of its limits, {:g} to {:g} um, "
+          "because the sensor reads about {:.3g} um at {:g} {}. "
+          "If that is the sensor's zero, set the zero with `hystcan init --sensor-at-safe`\n",
           smaller->low, smaller->high, unit, whole.low, whole.high, limits.position_min_um,
           limits.position_max_um, 0.5 * (measured->lo + measured->hi), control.gate.safe_drive, unit);
       return *smaller;

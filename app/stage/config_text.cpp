@@ -16,8 +16,8 @@ namespace hystcan::app {
 namespace {
 
 constexpr const char* heading =
-    "# Written by `hystcan init`. Check the values marked `assumed`: they were neither stated nor "
-    "measured.\n#\n"
+    "# Written by `hystcan init`. "
+    "Check the values marked `assumed`: they were neither stated nor measured.\n#\n"
     "#   hystcan check FILE         show the active values and their consequences\n"
     "#   hystcan {}\n"
     "#   hystcan controller FILE    control the stage, while the command above is running\n\n";

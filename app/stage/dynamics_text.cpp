@@ -31,8 +31,8 @@ std::string delay_shares(const IdentifiedPlant& plant) {
   if (plant.pure_s == 0.0)
     return ", as one sum: drive and position do not separate the amplifier's lag from the sensor's";
   return fmt::format(
-      ", including {:.3g} ms of pure delay, attributed to the sensor: if the amplifier causes it, the "
-      "stage itself is late by as much",
+      ", including {:.3g} ms of pure delay, attributed to the sensor: "
+      "if the amplifier causes this delay, the stage itself is late by the same time",
       1e3 * plant.pure_s);
 }
 
@@ -42,10 +42,10 @@ std::string far_from_stated(const IdentifiedPlant& plant, const controller::Dela
   constexpr double far = 1.5;
   const double ratio = plant.delays.resonance_Hz / stated.resonance_Hz;
   if (ratio <= far && ratio >= 1.0 / far) return {};
-  return line("warning",
-              fmt::format("the stated resonance is {:g} Hz: above half the rate, a mode appears at "
-                          "another frequency; record at a higher rate to find the right frequency",
-                          stated.resonance_Hz));
+  return line("warning", fmt::format("the stated resonance is {:g} Hz: "
+                                     "above half the rate, a mode appears at another frequency; "
+                                     "record at a higher rate to find the right frequency",
+                                     stated.resonance_Hz));
 }
 
 }  // namespace
@@ -100,21 +100,18 @@ std::string describe(const controller::Notch::Config& notch) {
 }
 
 std::string describe(const controller::SensitivityRule& rule) {
-  return line("rule",
-              fmt::format("the largest ki of all pairs of ki and kp >= 0 with |1 / (1 + L)| <= {:g} at every "
-                          "frequency, at all corners of the intervals",
-                          rule.peak_sensitivity)) +
-         line("", fmt::format(
-                      "with the resonance interval widened by {:g} % on both sides; without a filter, with a "
-                      "low pass, with a notch",
-                      rule.resonance_percent));
+  return line("rule", fmt::format("the largest ki of all pairs of ki and kp >= 0 with |1 / (1 + L)| <= {:g} "
+                                  "at every frequency, at all corners of the intervals",
+                                  rule.peak_sensitivity)) +
+         line("", fmt::format("with the resonance interval widened by {:g} % on both sides; "
+                              "without a filter, with a low pass, with a notch",
+                              rule.resonance_percent));
 }
 
 std::string describe(const CautiousRule& rule) {
-  return line("cautious rule",
-              fmt::format("the largest ki of all pairs of ki and kp >= 0 with |L| <= 1 where the phase of L "
-                          "is at {:g} deg or beyond",
-                          rule.phase_margin_deg - 180.0)) +
+  return line("cautious rule", fmt::format("the largest ki of all pairs of ki and kp >= 0 with |L| <= 1 "
+                                           "where the phase of L is at {:g} deg or beyond",
+                                           rule.phase_margin_deg - 180.0)) +
          line("",
               fmt::format(
                   "(phase margin {:g} deg), and with |L| <= {:.3g} where the phase is at -180 deg or beyond "

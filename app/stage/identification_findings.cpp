@@ -28,8 +28,8 @@ class Findings {
       add_finding("the output hardly changes with the input's sign: the model is even, folded to |input|");
     if (identified_.parameters.output_map)
       add_finding(
-          "the output has a valley on each side of zero input: the model is a butterfly with an output "
-          "map; a controller uses outputs from {:.5g} {} on",
+          "the output has a valley on each side of zero input: "
+          "the model is a butterfly with an output map; a controller uses outputs from {:.5g} {} upwards",
           identified_.parameters.output_range().lo, datasets_.front().output_unit);
     report_zeros();
     report_steps();
@@ -83,18 +83,18 @@ class Findings {
     const Trends trend = trends(seen, predict(identified_, datasets_, i));
     if (datasets_.size() > 1 && std::abs(trend.gain) * percent_ > 0.1)
       add_finding(
-          "{}the output range differs from the model's by {:+.2g} % of the span: the "
-          "remaining error is a gain error",
+          "{}the output range differs from the model's by {:+.2g} % of the span: "
+          "the remaining error is a gain error",
           of_dataset(i), trend.gain * percent_);
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
       add_finding(
-          "{}the output drifts by {:+.2g} % of its span over the dataset (or creeps, or the assumed "
-          "initial memory is wrong)",
+          "{}the output drifts by {:+.2g} % of its span over the dataset "
+          "(or creeps, or the assumed initial memory is wrong)",
           of_dataset(i), trend.drift * percent_);
     if (std::abs(trend.rate) > identified_.errors[i].rms && std::abs(trend.rate) * percent_ > 0.1)
       add_finding(
-          "{}the residual depends on the input's speed, {:+.2g} % of span between fastest rise and fastest "
-          "fall: measure more slowly for a quasi-static model",
+          "{}the residual depends on the input's speed, {:+.2g} % of span between fastest rise "
+          "and fastest fall: measure more slowly for a quasi-static model",
           of_dataset(i), trend.rate * percent_);
   }
 
@@ -117,8 +117,9 @@ class Findings {
             of_dataset(i), identified_.offsets[i], datasets_.front().output_unit);
       if (identified_.gains[i] != 1.0)
         add_finding(
-            "{}the output moves {:.4g} times as far as in dataset 1: the gain of amplifier or sensor differs; the "
-            "model has the gain of dataset 1 (--common-gain fits one gain to all datasets)",
+            "{}the output moves {:.4g} times as far as in dataset 1: "
+            "the gain of amplifier or sensor differs; "
+            "the model has the gain of dataset 1 (--common-gain fits one gain to all datasets)",
             of_dataset(i), identified_.gains[i]);
       if (identified_.drifts[i] != 0.0)
         add_finding("{}the zero drifts by {:+.3g} {} from start to end", of_dataset(i), identified_.drifts[i],
@@ -131,8 +132,8 @@ class Findings {
       const model::OutputCreep::Config& creep = *identified_.creep;
       const model::OutputCreep response(creep);
       add_finding(
-          "the output creeps by {:.2g} % of its travel per decade of time, from {:.3g} to {:.3g} s{}: at "
-          "0.1 Hz it moves {:.2g} % more than at 10 Hz; stored as [creep] in the model file",
+          "the output creeps by {:.2g} % of its travel per decade of time, from {:.3g} to {:.3g} s{}: "
+          "at 0.1 Hz it moves {:.2g} % more than at 10 Hz; stored as [creep] in the model file",
           100.0 * creep.per_decade, creep.from_s, creep.to_s,
           identified_.creep_range
               ? fmt::format(" ({:.2g} to {:.2g} % fit nearly as well)", 100.0 * identified_.creep_range->lo,
@@ -147,14 +148,14 @@ class Findings {
       return percent_ * result.held_out.value_or(result.rms);
     };
     add_finding(
-        "with a creep of {:.2g} % per decade of time and a delay of {:.3g} s instead of {:.3g} s, the "
-        "error of {} is {:.3g} % instead of {:.3g} %{}",
+        "with a creep of {:.2g} % per decade of time and a delay of {:.3g} s instead of {:.3g} s, "
+        "the error of {} is {:.3g} % instead of {:.3g} %{}",
         100.0 * alternative.trial.creep_per_decade, alternative.trial.delay_s, identified_.delay_s,
         held_out(), error(alternative), error(identified_.search),
         datasets_.size() > 1
             ? std::string()
-            : ": a record at a single rate hardly distinguishes creep from a delay and a wider loop; add "
-              "a record at another rate, or set --creep");
+            : ": a record at a single rate hardly distinguishes creep from a delay and a wider loop; "
+              "add a record at another rate, or set --creep");
   }
 
   void report_gains_instead() {
@@ -164,9 +165,9 @@ class Findings {
     for (std::size_t i = 1; i < datasets_.size(); ++i)
       gains += fmt::format("{}{:.5g} for dataset {}", i > 1 ? ", " : "", instead.gains[i], i + 1);
     add_finding(
-        "this creep may be a difference in gain between the sessions (amplifier, sensor): without creep, "
-        "a gain of {} fits as well, error {:.3g} instead of {:.3g} % RMS; record all rates in one "
-        "session, or set --creep",
+        "this creep may be a difference in gain between the sessions (amplifier, sensor): "
+        "without creep, a gain of {} fits as well, error {:.3g} instead of {:.3g} % RMS; "
+        "record all rates in one session, or set --creep",
         gains, instead.rms * percent_, instead.rms_with_creep * percent_);
   }
 
@@ -192,12 +193,13 @@ class Findings {
     if (range.hi_s <= 0.0) return;
     const double twice = range.at_twice_the_rate * percent_, five = range.at_five_times_the_rate * percent_;
     add_finding(
-        "delays from {:.3g} to {:.3g} s fit nearly as well, but their predictions differ by {:.2g} % of "
-        "the span for inputs twice as fast, by {:.2g} % for inputs five times as fast{}",
+        "delays from {:.3g} to {:.3g} s fit nearly as well, "
+        "but their predictions differ by {:.2g} % of the span for inputs twice as fast, "
+        "by {:.2g} % for inputs five times as fast{}",
         range.lo_s, range.hi_s, twice, five,
         datasets_.size() == 1 && five > 2.0 * identified_.overall.rms * percent_
-            ? ": a record at a single rate hardly distinguishes a delay from a wider loop; add a record "
-              "at another rate, or set --delay"
+            ? ": a record at a single rate hardly distinguishes a delay from a wider loop; "
+              "add a record at another rate, or set --delay"
             : "");
   }
 
@@ -205,8 +207,8 @@ class Findings {
     if (!identified_.dynamics) return;
     const model::Dynamics& dynamics = *identified_.dynamics;
     add_finding(
-        "the hysteresis is followed by a mode at {:.5g} Hz with a damping ratio of {:.3g}, and by a "
-        "delay of {:.4g} s; stored as [dynamics] in the model file",
+        "the hysteresis is followed by a mode at {:.5g} Hz with a damping ratio of {:.3g}, "
+        "and by a delay of {:.4g} s; stored as [dynamics] in the model file",
         dynamics.mode.natural_frequency_Hz, dynamics.mode.damping_ratio, dynamics.delay_s);
   }
 
@@ -228,20 +230,22 @@ class Findings {
           break;
         case InitialMemory::Kind::nested:
           add_finding(
-              "{}the dataset starts after an unknown history, estimated as a decaying oscillation with bias "
-              "{:+.2g} (0: demagnetised, above 0: mostly from below)",
+              "{}the dataset starts after an unknown history, "
+              "estimated as a decaying oscillation with bias {:+.2g} "
+              "(0: demagnetised, above 0: mostly from below)",
               of_dataset(i), memory.bias);
       }
     }
     if (shows_ascending_curve(identified_.memories)) return;
     if (begins_at_lower_point(identified_.parameters))
       add_finding(
-          "no row shows a first rise with an empty memory: the ascending reference curve is taken as the branch "
+          "no row shows a first rise with an empty memory: "
+          "the ascending reference curve is taken as the branch "
           "that rises from the lower convergence point");
     else
       add_finding(
-          "no row shows a first rise with an empty memory: the ascending reference curve is not measured "
-          "near {:g} {}",
+          "no row shows a first rise with an empty memory: "
+          "the ascending reference curve is not measured near {:g} {}",
           identified_.parameters.input_range().lo, unit());
   }
 
@@ -287,9 +291,10 @@ class Findings {
     const model::Interval& range = identified_.parameters.input_range();
     if (range.lo == identified_.observed.lo && range.hi == identified_.observed.hi) return;
     add_finding(
-        "thresholds {:.5g} and {:.5g} {} are beyond the measured inputs, {:.5g} to {:.5g}; there the "
-        "curves are extrapolated, to {:.5g} and {:.5g} {}. A controller must reach the upper threshold, "
-        "which erases the memory of the actuator; --thresholds observed sets both to the measured inputs",
+        "thresholds {:.5g} and {:.5g} {} are beyond the measured inputs, {:.5g} to {:.5g}; "
+        "there the curves are extrapolated, to {:.5g} and {:.5g} {}. "
+        "A controller must reach the upper threshold, which erases the memory of the actuator; "
+        "--thresholds observed sets both to the measured inputs",
         range.lo, range.hi, unit(), identified_.observed.lo, identified_.observed.hi,
         identified_.parameters.output(identified_.parameters.ascending.value(range.lo)),
         identified_.parameters.output(identified_.parameters.ascending.value(range.hi)),

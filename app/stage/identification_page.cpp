@@ -50,9 +50,10 @@ std::string left_out_of(const IdentificationReport& report) {
               error_cell(of.rms(), report.identified) +
               number_cell(fmt::format("{:+.2g}", 100.0 * (of.gain - 1.0))) + "</tr>\n";
   return part +
-         "</table>\n<p class=\"note\">Each record is predicted by the curves of the other records, with "
-         "its own zero and the mean gain of the others. k, thresholds, delay, creep and initial memories "
-         "come from all records. Cycles beyond the inputs of the other records do not count.</p>\n";
+         "</table>\n<p class=\"note\">Each record is predicted by the curves of the other records, "
+         "with its own zero and the mean gain of the others. "
+         "k, thresholds, delay, creep and initial memories come from all records. "
+         "Cycles beyond the inputs of the other records do not count.</p>\n";
 }
 
 /// Returns a table of the model structures that the search tried. It shows which parts of a model lower the
@@ -176,17 +177,19 @@ std::string table_of(const Comparison& comparison) {
 std::string cross_validated(const Identified& identified) {
   if (!identified.held_out_rms) return {};
   return fmt::format(
-      " The cross-validated error of the identified model, which identify prints, is {:.3g} % RMS: each "
-      "cycle that can be held out is held out in turn, with k, delay and thresholds from all samples.",
+      " The cross-validated error of the identified model, which identify prints, is {:.3g} % RMS: "
+      "each cycle that can be held out is held out in turn, "
+      "with k, delay and thresholds from all samples.",
       100.0 * *identified.held_out_rms / identified.output_span);
 }
 
 std::string hold_out_of(const Identified& identified, const Comparison& comparison) {
   if (comparison.no_hold_out) return "Nothing was held out: " + *comparison.no_hold_out + ".";
   return fmt::format(
-             "Held out: {} of {}, {} of {}: every second cycle, except those that are needed to reach "
-             "the ends of the input range. Every model was fitted again without them; the identified "
-             "model keeps the order that was found from all samples.",
+             "Held out: {} of {}, {} of {}: "
+             "every second cycle, except those that are needed to reach the ends of the input range. "
+             "Every model was fitted again without them; "
+             "the identified model keeps the order that was found from all samples.",
              comparison.held_out_cycles, counted(comparison.cycles, "cycle"), comparison.held_out_samples,
              counted(comparison.samples, "sample")) +
          cross_validated(identified);
@@ -204,9 +207,9 @@ std::string comparison_of(const IdentificationReport& report) {
   for (const std::string& refused : comparison.refused)
     part += fmt::format("<p>Not fitted: {}</p>\n", escaped(refused));
   part +=
-      "<p class=\"note\">All models were fitted by least squares to the same samples, with the same delay, "
-      "thresholds and, if it fits better than their own start, initial memory. Initial memories are not "
-      "counted as parameters, except the plays of a free start.</p>\n";
+      "<p class=\"note\">All models were fitted by least squares to the same samples, "
+      "with the same delay, thresholds and, if it fits better than their own start, initial memory. "
+      "Initial memories are not counted as parameters, except the plays of a free start.</p>\n";
   return part;
 }
 
@@ -308,8 +311,8 @@ std::string pictures_of(const std::filesystem::path& directory, const Identifica
                       picture.name, picture.title, picture.explanation);
     else if (report.undrawn)
       part += fmt::format(
-          "<p>No picture: {}. To draw it: <code>python3 -m hystcan.plot pictures.json</code> "
-          "in this folder.</p>\n",
+          "<p>No picture: {}. "
+          "To draw it: <code>python3 -m hystcan.plot pictures.json</code> in this folder.</p>\n",
           escaped(*report.undrawn));
     else
       part += "<p>No picture: the command was stopped before it was drawn.</p>\n";
@@ -325,8 +328,8 @@ std::string files_of(const std::filesystem::path& directory, const Identificatio
   part += ". Residuals are measured - model. ";
   part += stride == 1 ? "record.csv and the pictures show every sample."
                       : fmt::format(
-                            "record.csv and the pictures show one of every {} samples, the one with the "
-                            "largest residual. Errors and fits use all samples.",
+                            "record.csv and the pictures show one of every {} samples, "
+                            "the one with the largest residual. Errors and fits use all samples.",
                             stride);
   return part + "</p>\n</body>\n</html>\n";
 }

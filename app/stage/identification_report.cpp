@@ -150,21 +150,21 @@ std::size_t samples_per_row(const std::vector<Dataset>& datasets) {
 const std::vector<ReportPicture>& report_pictures() {
   static const std::vector<ReportPicture> all{
       {"loops", "Loops",
-       "Measured and modelled output over the input. If the model is correct, its line is "
-       "within the width of the measured line."},
+       "Measured and modelled output over the input. "
+       "If the model is correct, its line is within the width of the measured line."},
       {"residual_time", "Residual over time",
-       "The part of the output that the model does not explain. A slope is drift or creep; a residual that "
-       "grows or shrinks at the beginning comes from a wrong initial memory."},
+       "The part of the output that the model does not explain. A slope is drift or creep; "
+       "a residual that grows or shrinks at the beginning comes from a wrong initial memory."},
       {"residual_input", "Residual over input",
-       "Rising and falling input separately. A wave in both shows that the order of the curves is too "
-       "low; a loop between the two shows a delay or a dependence on the rate; a fan at one end shows a "
-       "wrong threshold."},
+       "Rising and falling input separately. A wave in both shows that the order of the curves is too low; "
+       "a loop between the two shows a delay or a dependence on the rate; "
+       "a fan at one end shows a wrong threshold."},
       {"curves", "Reference curves",
        "The two curves from which all branches are computed, between the thresholds, and their distance. "
        "Beyond the observed inputs they are extrapolated."},
       {"landscape", "Landscape of k",
-       "RMS of the best curves at each pair of k, with all other parameters as identified. A long valley "
-       "means that the dataset does not determine k."}};
+       "RMS of the best curves at each pair of k, with all other parameters as identified. "
+       "A long valley means that the dataset does not determine k."}};
   return all;
 }
 

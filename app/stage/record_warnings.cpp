@@ -34,8 +34,8 @@ std::string text_of_rows(const std::vector<SuspectRow>& suspects, const Dataset&
 
 std::string text_of_end(const SensorEnd& end, const Dataset& dataset) {
   return fmt::format(
-      "the output stays at {:.6g} {}, its {} value, in {} ({:.2g} % of all) while the input moves: the "
-      "sensor or its recorder is at its limit",
+      "the output stays at {:.6g} {}, its {} value, in {} ({:.2g} % of all) while the input moves: "
+      "the sensor or its recorder is at its limit",
       end.value, dataset.output_unit, end.is_upper ? "highest" : "lowest", counted(end.rows, "row"),
       100.0 * static_cast<double>(end.rows) / static_cast<double>(dataset.size()));
 }

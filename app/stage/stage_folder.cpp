@@ -195,8 +195,8 @@ void print_positions(const StageFacts& facts, const std::vector<AxisRecords>& re
   for (std::size_t i = 0; i < records.size(); ++i) {
     const model::Interval travel_um = records[i].travel_um();
     print(
-        fmt::format("{}: the sensor node must send the same micrometres as the record, {:.4g} to {:.4g} "
-                    "um: with another zero or scale, the limits and the model are wrong\n",
+        fmt::format("{}: the sensor node must send the same micrometres as the record, {:.4g} to {:.4g} um: "
+                    "with another zero or scale, the limits and the model are wrong\n",
                     facts.axes[i].config.wire.name, travel_um.lo, travel_um.hi));
   }
 }
@@ -204,8 +204,8 @@ void print_positions(const StageFacts& facts, const std::vector<AxisRecords>& re
 void print_excitations(const std::filesystem::path& folder, const config::Config& config) {
   const std::string file = shell_word(folder / first_config);
   print(
-      fmt::format("{}: the model is a straight line until there are records. Next (--rehearse tries a "
-                  "command on the twin):\n",
+      fmt::format("{}: the model is a straight line until there are records. "
+                  "Next (--rehearse tries a command on the twin):\n",
                   file));
   if (config.axes.front().analogue) print(fmt::format("  hystcan node {} &\n", file));
   for (const config::AxisConfig& axis : config.axes) {
@@ -300,9 +300,9 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
   const controller::Supervisor::Config before = axis.control.supervision;
   const model::Interval drive = records.drive();
   if (drive.span() < 0.95 * (gate.drive_max - gate.drive_min)) {
-    print_lines(axis.wire.name, {fmt::format("the record covers {:.4g} to {:.4g} of {:g} to {:g} {}, so "
-                                             "the model and the drive are limited to that part; position "
-                                             "limits as in {}",
+    print_lines(axis.wire.name, {fmt::format("the record covers {:.4g} to {:.4g} of {:g} to {:g} {}, "
+                                             "so the model and the drive are limited to that part; "
+                                             "position limits as in {}",
                                              drive.lo, drive.hi, gate.drive_min, gate.drive_max,
                                              axis.wire.drive_unit, first_config)});
     return;

@@ -219,8 +219,8 @@ IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& conf
     throw RunError(config.axes[0].wire.name, error, {.remedy = "nothing is written"});
   } catch (const std::invalid_argument& error) {
     throw RunError("the experiment is not conclusive", error,
-                   {.remedy = "try another --amplitude: a large step shows the curvature of the loop, a "
-                              "small one is hidden by noise. Nothing is written"});
+                   {.remedy = "try another --amplitude: a large step shows the curvature of the loop, "
+                              "a small step is hidden by noise. Nothing is written"});
   }
 }
 
@@ -248,8 +248,8 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
   throw RunError(fmt::format(
       "no candidate tracks the configured reference in the rehearsal, {}: {}. {}", last.name, ended,
       is_short ? "[[axis.control.setpoint]] ends before an error can be measured: make it longer"
-               : "Check this limit and [axis.twin]; `hystcan demo` shows the run without the "
-                 "following-error limit"));
+               : "Check this limit and [axis.twin]; "
+                 "`hystcan demo` shows the run without the following-error limit"));
 }
 
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin) {

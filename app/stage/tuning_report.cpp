@@ -89,8 +89,8 @@ std::string candidate_table(const TuningReport& report) {
                     "the feedback alone;\n"
                     "notch: frequency, depth, width; worst case: over the corners of the intervals, "
                     "with the resonance interval widened by {:g} %;\n"
-                    "RMS: predicted error with the configured reference at the samples, true: also between "
-                    "them, % of {:g} um\n",
+                    "RMS: predicted error with the configured reference at the samples, "
+                    "true: also between the samples, % of {:g} um\n",
                     report.rule.resonance_percent, stroke_um(report));
 }
 
@@ -100,8 +100,8 @@ std::string cautious_line(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
   if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};
   return line("cautious",
-              fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: recommended for the first run "
-                          "on a bench; --cautious proposes this loop",
+              fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: "
+                          "recommended for the first run on a bench; --cautious proposes this loop",
                           cautious.rms_percent(), report.cautious_rule.phase_margin_deg,
                           decibel(report.cautious_rule.gain_margin)));
 }
@@ -268,10 +268,9 @@ std::string fragment(const TuningReport& report) {
   if (delays.sensor_delay != before.control.delays.sensor_delay)
     notes.emplace_back(delays.sensor_delay, "; a pure delay in addition to the lag");
   const auto comment = [](const std::string& text) { return config::toml_comment(can::dbc::to_utf8(text)); };
-  return comment(fmt::format(
-             "Proposed for axis {} of {}; nothing has been applied. These keys replace those of its "
-             "[axis.control].\n",
-             report.axis, report.config)) +
+  return comment(fmt::format("Proposed for axis {} of {}; nothing has been applied. "
+                             "These keys replace the same keys in [axis.control] of this axis.\n",
+                             report.axis, report.config)) +
          "#\n" + comment(describe(report)) + control_fragment(before, after, notes);
 }
 
