@@ -249,7 +249,7 @@ void add_identify(CLI::App& cli, int& status) {
   add_checked(*command, "--symmetry", options->symmetry, one_of(words(identification::ShapeOfOutput{})),
               "even: x(v) = x(-v); butterfly: the branches cross beside zero (coercivity)");
   add_checked(*command, "--thresholds", options->thresholds, one_of({"auto", "observed"}),
-              "`observed`: at the ends of the measured inputs, so that a drive reaches both");
+              "`observed`: at the ends of the measured inputs, so that a drive reaches both thresholds");
   command->add_option("--initial-memory", options->initial_memory,
                       "file for the memory at the start of the (first) dataset, for simulate --memory");
   command->add_option("--report", options->report,

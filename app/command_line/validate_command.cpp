@@ -139,7 +139,7 @@ void add_validate(CLI::App& cli, int& status) {
   command->add_option("MODEL", options->model, "model file (TOML), recursive-memory")->required();
   command->add_option("DATA", options->data, "CSV with time_s,input,output, or folder of a recorded run")
       ->required();
-  command->add_option("--axis", options->input.axis, "axis of the recorded run; default: the only one");
+  command->add_option("--axis", options->input.axis, "axis of the recorded run; default: the only axis");
   CLI::Option* memory =
       command->add_option("--memory", options->memory, "memory of the actuator at the first row (TOML)");
   add_checked(*command, "--estimate-from", options->estimate_s, positive_number(),

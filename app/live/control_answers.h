@@ -192,7 +192,7 @@ void visit(V& v, AxisAnswer& a) {
   v.member("amplifier_output", a.amplifier_output,
            {"drive unit", "output in the amplifier's last status, which lags behind a moving drive"});
   v.member("amplifier_output_age_s", a.amplifier_output_age_s,
-           {"s", "age of that status; null before the first one"});
+           {"s", "age of the amplifier's last status; null before the first status"});
   v.member("limits", a.limits, {"", "active limits of the drive, for example `slew+model`; empty: none"});
   v.member("sample_missing", a.sample_missing, {"", "true if the cycle had no sample"});
   v.optional("waits_for", a.waits_for, waits, {"", "first missing condition, if the axis waits for one"});
@@ -271,7 +271,7 @@ template <class V>
 void visit(V& v, TwinAxisAnswer& a) {
   v.member("name", a.name, {"", "name in the configuration"});
   v.member("amplifier", a.amplifier, {"", "`off`, `ready`, `enabled`, `tripped`"});
-  v.member("amplifier_fault", a.amplifier_fault, {"", "the fault flags of its status"});
+  v.member("amplifier_fault", a.amplifier_fault, {"", "fault flags in the status of the amplifier"});
   v.member("sensor", a.sensor, {"", "`off`, `pre-operational`, `operational`, `stopped`"});
   v.member("drive", a.drive, {"drive unit", "true drive, which may differ from the frames"});
   v.member("position_um", a.position_um, {"um", "true position"});

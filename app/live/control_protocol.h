@@ -112,7 +112,7 @@ inline constexpr std::array setting{
     Argument{"value", "VALUE", Type::value, "0.08", ""}};
 inline constexpr auto new_fault = std::to_array<Argument>(
     {{"kind", "KIND", Type::fault, "no_reply", "kind of fault"},
-     {"axis", "--axis", Type::text, "x", "axis; default: the only one", false},
+     {"axis", "--axis", Type::text, "x", "axis; default: the only axis", false},
      {"node", "--node", Type::node, "sensor", "node with the fault, if this kind is possible in both nodes",
       false},
      {"duration_s", "--duration", Type::duration_s, "0.5",

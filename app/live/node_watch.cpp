@@ -62,7 +62,7 @@ void refuse_if_taken(const node::Station& station, const std::string& interface)
   if (!taken) return;
   throw RunError(interface,
                  fmt::format("node {} is already on this bus, as another twin or as the real node", *taken),
-                 {.remedy = "stop one of the two"});
+                 {.remedy = "stop one of the two nodes"});
 }
 
 }  // namespace hystcan::app

@@ -59,9 +59,9 @@ constexpr mode_t writable_by_others = 0022;
 std::optional<std::string> reason_against(const std::filesystem::path& folder, uid_t user) {
   struct stat found {};
   if (lstat(folder.c_str(), &found) != 0) return std::generic_category().message(errno);
-  if (!S_ISDIR(found.st_mode)) return "it is not a folder";
-  if (found.st_uid != user) return fmt::format("it belongs to user {}", found.st_uid);
-  if ((found.st_mode & writable_by_others) != 0) return "other users can write to it";
+  if (!S_ISDIR(found.st_mode)) return "the path is not a folder";
+  if (found.st_uid != user) return fmt::format("the folder belongs to user {}", found.st_uid);
+  if ((found.st_mode & writable_by_others) != 0) return "other users can write to the folder";
   return std::nullopt;
 }
 

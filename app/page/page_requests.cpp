@@ -24,8 +24,8 @@ using nlohmann::json;
 constexpr auto answer_to_a_wrong_token = std::chrono::seconds(1);
 constexpr double slowest_view_Hz = 10.0;
 constexpr double fastest_view_Hz = 1000.0;
-constexpr const char* no_token = "this needs the token; show it with hystcan page CONFIG --token";
-constexpr const char* no_role = "this page does not have the writer's role; take it first";
+constexpr const char* no_token = "this request needs the token; show it with hystcan page CONFIG --token";
+constexpr const char* no_role = "this page does not have the writer's role; take the role first";
 
 /// Returns the list of commands that a page may send with the request `command`, for an error message. The
 /// command `stop` is not in the list, because it has its own request.

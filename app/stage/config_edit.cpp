@@ -110,7 +110,7 @@ void refuse_to_write_into(const std::filesystem::path& written, const config::Co
   };
   if (folder(written) != folder(config.file))
     throw Error(written, fmt::format("is not in the folder of {}", config.file.string()),
-                expect("a file in that folder, because its paths are relative"));
+                expect("a file in that folder, because the paths in the file are relative"));
 }
 
 }  // namespace hystcan::app

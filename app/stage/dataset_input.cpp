@@ -222,7 +222,7 @@ Dataset load_run(const std::filesystem::path& file, const std::string& axis, con
   stretch.end_stretch();
   if (stretch.is_empty())
     throw Error(file, fmt::format("axis {} is not driven in these cycles", about.name),
-                expect("cycles between {:g} and {:g} s in which it is initialising, ready or tracking",
+                expect("cycles between {:g} and {:g} s in which the axis is initialising, ready or tracking",
                        run.info().first_s, run.info().last_s));
   note("hystcan: {}: axis {}, {}\n", file.string(), about.name, stretch.text());
   Dataset dataset = stretch.take();

@@ -133,7 +133,7 @@ class Findings {
       const model::OutputCreep response(creep);
       add_finding(
           "the output creeps by {:.2g} % of its travel per decade of time, from {:.3g} to {:.3g} s{}: "
-          "at 0.1 Hz it moves {:.2g} % more than at 10 Hz; stored as [creep] in the model file",
+          "at 0.1 Hz the output moves {:.2g} % more than at 10 Hz; stored as [creep] in the model file",
           100.0 * creep.per_decade, creep.from_s, creep.to_s,
           identified_.creep_range
               ? fmt::format(" ({:.2g} to {:.2g} % fit nearly as well)", 100.0 * identified_.creep_range->lo,
@@ -254,9 +254,9 @@ class Findings {
     if (shapes.empty()) return;
     const CurveShape& chosen = identified_.search.shape;
     const std::string judge = shapes.front().held_out ? fmt::format("the error of {}", held_out())
-                                                      : "the error (too few cycles to hold one out)";
+                                                      : "the error (too few cycles to hold out a cycle)";
     if (!chosen.is_spline()) {
-      add_finding("order {} is the lowest one that passes, judged by {}", chosen.order, judge);
+      add_finding("order {} is the lowest order that passes, judged by {}", chosen.order, judge);
       return;
     }
     const auto error = [](const ShapeScore& tried) { return tried.held_out.value_or(tried.rms); };
@@ -279,7 +279,7 @@ class Findings {
                     unit(), range.lo, range.hi);
       else
         add_finding(
-            "{} = {:.5g} 1/{}, but the dataset hardly determines it: {:.3g} to {:.3g} fit as well; "
+            "{} = {:.5g} 1/{}, but the dataset hardly determines this value: {:.3g} to {:.3g} fit as well; "
             "record minor loops that turn inside the range",
             name, k, unit(), range.lo, range.hi);
     };
@@ -294,7 +294,7 @@ class Findings {
         "thresholds {:.5g} and {:.5g} {} are beyond the measured inputs, {:.5g} to {:.5g}; "
         "there the curves are extrapolated, to {:.5g} and {:.5g} {}. "
         "A controller must reach the upper threshold, which erases the memory of the actuator; "
-        "--thresholds observed sets both to the measured inputs",
+        "--thresholds observed sets both thresholds to the ends of the measured inputs",
         range.lo, range.hi, unit(), identified_.observed.lo, identified_.observed.hi,
         identified_.parameters.output(identified_.parameters.ascending.value(range.lo)),
         identified_.parameters.output(identified_.parameters.ascending.value(range.hi)),

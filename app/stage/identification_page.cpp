@@ -236,7 +236,7 @@ std::string pace_text(double k, model::Interval range, const Identified& identif
                      identified.stopped ? "the search was stopped"
                      : identification::is_determined(range)
                          ? fmt::format("RMS within 5 % from {:.3g} to {:.3g}", range.lo, range.hi)
-                         : "the dataset does not determine it");
+                         : "the dataset does not determine this value");
 }
 
 std::string model_of(const Identified& identified) {

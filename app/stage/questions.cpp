@@ -142,7 +142,7 @@ void Questions::require_all() const {
   const std::string options = fmt::format("{}", fmt::join(missing_, ", "));
   throw Error(missing_.size() == 1 ? fmt::format("{} is missing and has no default", options)
                                    : fmt::format("{} are missing and have no default", options),
-              {.remedy = "add it, or run `hystcan init` on a terminal without --yes"});
+              {.remedy = "state the missing values, or run `hystcan init` on a terminal without --yes"});
 }
 
 }  // namespace hystcan::app

@@ -59,7 +59,8 @@ std::vector<RecordWarning> leave_out_suspects(const std::filesystem::path& file,
 void refuse_same_rows(const std::filesystem::path& file, const Dataset& dataset,
                       const std::filesystem::path& other_file, const Dataset& other) {
   if (identification::has_same_rows(dataset, other))
-    throw Error(file, fmt::format("has the same rows as {}: both are one session", other_file.string()),
+    throw Error(file,
+                fmt::format("has the same rows as {}: both files hold the same session", other_file.string()),
                 {.remedy = "leave out one of the two files"});
 }
 

@@ -18,7 +18,7 @@ std::filesystem::path shipped_folder() {
     if (std::filesystem::exists(folder / "piezo.toml")) return folder;
   throw Error(fmt::format("the shipped configurations are neither in {} nor in {}", installed.string(),
                           of_the_tree.string()),
-              expect("piezo.toml in one of them"));
+              expect("piezo.toml in one of these folders"));
 }
 
 }  // namespace

@@ -385,10 +385,11 @@ void make_stage(const std::filesystem::path& folder, StageFacts facts,
 void continue_stage(const std::filesystem::path& folder, const ModelWords& model, bool accept) {
   const std::filesystem::path file = folder / first_config;
   if (!std::filesystem::exists(file) && std::filesystem::exists(folder / stage_config))
-    throw Error(folder, "was created with --record, so there is nothing to continue",
-                {.remedy = fmt::format(
-                     "edit {0} and try it with `hystcan demo --config {0}`, or create the folder again",
-                     shell_word(folder / stage_config))});
+    throw Error(
+        folder, "was created with --record, so there is nothing to continue",
+        {.remedy = fmt::format(
+             "edit {0} and try this file with `hystcan demo --config {0}`, or create the folder again",
+             shell_word(folder / stage_config))});
   if (!std::filesystem::exists(file)) throw Error(file, "is missing", expect("a folder of `hystcan init`"));
   Stage first(file, config::TomlEdit::of_file(file).text());
   std::vector<AxisRecords> records;

@@ -121,14 +121,14 @@ class AxisQuestions {
       most = grain * std::ceil(range.hi / grain - 0.1);
     }
     gate.drive_min =
-        number({"--drive-min", "Lowest drive", unit_, "the controller commands no drive below it"},
+        number({"--drive-min", "Lowest drive", unit_, "the controller commands no drive below this limit"},
                stated_.drive_min, least, {}, drive_min_, [&](double value) {
                  if (auto problem = if_too_large(value)) return problem;
                  return unless(!least || value <= *least, "{:g}, but the record goes down to {:g} {}", value,
                                least.value_or(0.0), unit_);
                });
     gate.drive_max = number(
-        {"--drive-max", "Highest drive", unit_, "the controller commands no drive above it"},
+        {"--drive-max", "Highest drive", unit_, "the controller commands no drive above this limit"},
         stated_.drive_max, most, {}, drive_max_, [&](double value) {
           if (auto problem = if_too_large(value)) return problem;
           if (most && value < *most)
@@ -183,9 +183,10 @@ class AxisQuestions {
       }
     }
     controller::Delays& delays = axis.config.control.delays;
-    delays.resonance_Hz = known_or_asked({"--resonance", "First resonance", "Hz",
-                                          "feedback, ramps and reference stay below it; see the data sheet"},
-                                         resonance_Hz, stated_.resonance_Hz, {}, resonance_Hz_);
+    delays.resonance_Hz =
+        known_or_asked({"--resonance", "First resonance", "Hz",
+                        "feedback, ramps and reference stay below this frequency; see the data sheet"},
+                       resonance_Hz, stated_.resonance_Hz, {}, resonance_Hz_);
     delays.damping_ratio = known_or_asked(
         {"--damping", "Damping ratio", "", "damping of the first resonance; 0.01 to 0.05 for flexures"},
         damping_ratio, stated_.damping_ratio, usual_damping_ratio, damping_ratio_);

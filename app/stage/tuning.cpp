@@ -247,7 +247,7 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
                         last.predicted->state == controller::AxisState::tracking;
   throw RunError(fmt::format(
       "no candidate tracks the configured reference in the rehearsal, {}: {}. {}", last.name, ended,
-      is_short ? "[[axis.control.setpoint]] ends before an error can be measured: make it longer"
+      is_short ? "[[axis.control.setpoint]] ends before an error can be measured: make the reference longer"
                : "Check this limit and [axis.twin]; "
                  "`hystcan demo` shows the run without the following-error limit"));
 }

@@ -47,7 +47,7 @@ export class Access {
   /** Restarts the demo. If the page has no token, requests it first. Returns the server's answer. */
   async startAgain() {
     if (!(await this.#hasToken('Restarting the demo needs the token.')))
-      return { ok: false, error: 'this needs the token' };
+      return { ok: false, error: 'this request needs the token' };
     return this.connection.ask({ do: 'start' });
   }
 

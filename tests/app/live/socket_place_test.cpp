@@ -101,7 +101,7 @@ TEST_F(SocketPlace, IsNeverAFolderInWhichOthersCanWrite) {
   make(places.runtime / uid, 0770);
   EXPECT_EQ(default_socket("vcan0", places), in_temporary);
   ASSERT_EQ(chmod(in_temporary.parent_path().c_str(), 0702), 0);
-  EXPECT_NE(refusal().find("other users can write to it"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("other users can write to the folder"), std::string::npos) << refusal();
   EXPECT_NE(refusal().find("control_socket"), std::string::npos) << refusal();
 }
 
@@ -109,16 +109,16 @@ TEST_F(SocketPlace, IsNeverAFolderOfAnotherUser) {
   places.user = geteuid() + 1;
   const std::string name = "hystcan-" + std::to_string(places.user);
   make(places.temporary / name, 0700);
-  EXPECT_NE(refusal().find("it belongs to user " + uid), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("the folder belongs to user " + uid), std::string::npos) << refusal();
 }
 
 TEST_F(SocketPlace, IsNeverALinkOrAFile) {
   make(places.temporary / "elsewhere", 0700);
   std::filesystem::create_symlink(places.temporary / "elsewhere", in_temporary.parent_path());
-  EXPECT_NE(refusal().find("it is not a folder"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("the path is not a folder"), std::string::npos) << refusal();
   std::filesystem::remove(in_temporary.parent_path());
   std::ofstream(in_temporary.parent_path()).flush();
-  EXPECT_NE(refusal().find("it is not a folder"), std::string::npos) << refusal();
+  EXPECT_NE(refusal().find("the path is not a folder"), std::string::npos) << refusal();
 }
 
 TEST_F(SocketPlace, IsTheSameForControllerAndClient) {

@@ -91,7 +91,7 @@ TEST_F(PageServer, AllowsOnlyTheHolderToReleaseTheRole) {
   EXPECT_TRUE(other->is_ok({{"do", "release_writer"}}));
   EXPECT_TRUE(one->is_ok(set_kp(0.1)));
   EXPECT_TRUE(one->is_ok({{"do", "release_writer"}}));
-  EXPECT_TRUE(says(one->ask(set_kp(0.1)), "take it first"));
+  EXPECT_TRUE(says(one->ask(set_kp(0.1)), "take the role first"));
   EXPECT_TRUE(other->is_ok({{"do", "take_writer"}}));
 }
 

@@ -99,7 +99,7 @@ TEST_F(PageServer, RefusesToWriteWithoutTheToken) {
   const auto peer = page();
   for (const json& request :
        {command("disable"), json{{"do", "stop"}}, json{{"do", "take_writer"}}, json{{"do", "save"}}})
-    EXPECT_TRUE(says(peer->ask(request), "this needs the token")) << request;
+    EXPECT_TRUE(says(peer->ask(request), "this request needs the token")) << request;
   EXPECT_TRUE(says(peer->ask({{"do", "token"}, {"token", token_text.substr(1)}}), "the token is wrong"));
   EXPECT_FALSE(bench_.asked_to_stop());
   EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::tracking));
@@ -110,21 +110,21 @@ TEST_F(PageServer, GivesTheWriterRoleToOnePageAndNotifiesTheOther) {
   EXPECT_TRUE(one->is_ok(set_kp(0.1)));
   const auto other = page();
   EXPECT_TRUE(other->is_ok({{"do", "token"}, {"token", token_text}}));
-  EXPECT_TRUE(says(other->ask(set_kp(0.2)), "take it first"));
+  EXPECT_TRUE(says(other->ask(set_kp(0.2)), "take the role first"));
   EXPECT_TRUE(says(other->ask({{"do", "take_writer"}}), "another page has the writer's role"));
   EXPECT_TRUE(other->is_ok({{"do", "take_writer"}, {"force", true}}));
   EXPECT_EQ(one->next("writer").at("role"), "taken");
   EXPECT_TRUE(other->is_ok(set_kp(0.2)));
-  EXPECT_TRUE(says(one->ask(set_kp(0.3)), "take it first"));
+  EXPECT_TRUE(says(one->ask(set_kp(0.3)), "take the role first"));
 }
 
 TEST_F(PageServer, ChangesNothingWithoutTheWriterRole) {
   const auto peer = page();
   EXPECT_TRUE(peer->is_ok({{"do", "token"}, {"token", token_text}}));
   for (const char* what : {"save", "undo_save"})
-    EXPECT_TRUE(says(peer->ask({{"do", what}}), "take it first")) << what;
+    EXPECT_TRUE(says(peer->ask({{"do", what}}), "take the role first")) << what;
   for (const char* what : {"go_to", "resume", "set", "undo", "reload", "revert", "enable", "clear"})
-    EXPECT_TRUE(says(peer->ask(command(what)), "take it first")) << what;
+    EXPECT_TRUE(says(peer->ask(command(what)), "take the role first")) << what;
 }
 
 TEST_F(PageServer, ReleasesTheControlSocketWithTheRole) {
@@ -298,7 +298,7 @@ TEST_F(PageServer, AllowsToDisableAnAxisWithTheTokenAlone) {
   const auto one = writer();
   EXPECT_TRUE(one->is_ok(set_kp(0.1)));
   const auto other = page();
-  EXPECT_TRUE(says(other->ask(command("disable")), "this needs the token"));
+  EXPECT_TRUE(says(other->ask(command("disable")), "this request needs the token"));
   EXPECT_TRUE(other->is_ok({{"do", "token"}, {"token", token_text}}));
   EXPECT_TRUE(other->is_ok(command("disable")));
   EXPECT_TRUE(bench_.axis_is(0, controller::AxisState::offline));

@@ -198,7 +198,7 @@ class PageOfADemo : public PageServer {
 };
 
 TEST_F(PageOfADemo, StartsAgainOnlyWithTheToken) {
-  EXPECT_TRUE(says(page()->ask({{"do", "start"}}), "this needs the token"));
+  EXPECT_TRUE(says(page()->ask({{"do", "start"}}), "this request needs the token"));
   EXPECT_EQ(starts_, 0);
   const auto other = page();
   EXPECT_TRUE(writer()->is_ok({{"do", "start"}}));

@@ -13,7 +13,8 @@
 namespace hystcan::app::questions_test {
 namespace {
 
-const Question highest{"--drive-max", "Highest drive", "V", "the controller commands no drive above it"};
+const Question highest{"--drive-max", "Highest drive", "V",
+                       "the controller commands no drive above this limit"};
 
 std::optional<std::string> more_than_zero(double value) {
   return unless(value > 0.0, "expected more than 0");
@@ -67,7 +68,7 @@ TEST(Questions, HaveAUnitAReasonAnOptionAndADefault) {
   testing::internal::CaptureStderr();
   EXPECT_EQ(Questions(answers, true).number(highest, {}, 120.0), 120.0);
   EXPECT_EQ(testing::internal::GetCapturedStderr(),
-            "Highest drive, V: the controller commands no drive above it\n  --drive-max [120]: ");
+            "Highest drive, V: the controller commands no drive above this limit\n  --drive-max [120]: ");
 }
 
 TEST(Questions, AreSkippedIfTheOptionIsGiven) {

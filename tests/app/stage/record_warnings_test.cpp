@@ -124,8 +124,9 @@ TEST(RecordWarnings, RefuseTheSameSessionTwice) {
   const std::string refusal = support::refusal_of([&] {
     refuse_same_rows({"a.csv", "b.csv", "c.csv"}, {clean(), other, clean()});
   });
-  EXPECT_EQ(refusal,
-            "c.csv: has the same rows as a.csv: both are one session; leave out one of the two files");
+  EXPECT_EQ(
+      refusal,
+      "c.csv: has the same rows as a.csv: both files hold the same session; leave out one of the two files");
 }
 
 }  // namespace
