@@ -222,7 +222,8 @@ CsvReader::CsvReader(CsvLines lines, std::vector<std::string> columns)
   for (const std::string& name : wanted_) {
     where_.push_back(look_up(name));
     if (where_.back() == header_.size())
-      lines_.fail(fmt::format("no column {}, expected it among {}", name, listed(header_)));
+      lines_.fail(
+          fmt::format("no column {}, expected a column with this name among {}", name, listed(header_)));
   }
 }
 

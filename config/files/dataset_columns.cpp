@@ -51,16 +51,18 @@ class ColumnSelector {
     if (named.size() == 2 * width) named.resize(width);
     std::vector<std::size_t> found = reader_.value_columns();
     if (!layout_.columns.empty() && named.size() != width)
-      throw Error("--columns is " + layout_.columns, expect("{} in each file, or in both one after the other",
-                                                            width == 1 ? "the value" : "time and value"));
+      throw Error(
+          "--columns is " + layout_.columns,
+          expect("the names of {} for both files, or first for the input file and then for the output file",
+                 width == 1 ? "the value" : "the time and the value"));
     if (!layout_.columns.empty()) {
       found.clear();
       for (const std::string& name : named) found.push_back(named_column(name));
     }
     if (found.size() != width)
-      reader_.fail_at_header(fmt::format("{} of numbers, expected one channel: --columns {}",
-                                         counted(found.size(), "column"),
-                                         width == 1 ? "VALUE" : "TIME,VALUE, or --rate"));
+      reader_.fail_at_header(
+          fmt::format("{} of numbers, expected one channel: select the channel with --columns {}",
+                      counted(found.size(), "column"), width == 1 ? "VALUE" : "TIME,VALUE, or --rate"));
     if (width == 2) take(0, found.front());
     take(static_cast<std::size_t>(channel), found.back());
     choice_.selected.push_back(found.back());
@@ -98,7 +100,7 @@ class ColumnSelector {
     choice_.selected.push_back(column);
     choice_.has_output_time = true;
     if (columns()[column].unit != units_[0])
-      reader_.fail_at_header(fmt::format("the units of the times {} and {} differ, expected the same",
+      reader_.fail_at_header(fmt::format("the units of the times {} and {} differ, expected the same unit",
                                          title_with_unit(columns()[choice_.selected[0]]),
                                          title_with_unit(columns()[column])));
   }
@@ -128,8 +130,8 @@ class ColumnSelector {
     const std::size_t first = named.size() == 2 && layout_.rate_Hz ? 1 : 0;  // 1: no time column is named
     if (named.size() + first != 3 && named.size() != 4)
       throw Error("--columns is " + layout_.columns,
-                  expect("three names, of time, input and output{}",
-                         first == 0 ? "; with --rate the time may be left out" : ""));
+                  expect("three names: time, input and output{}",
+                         first == 0 ? "; the name of the time is optional with --rate" : ""));
     std::optional<std::size_t> output_time;
     if (named.size() == 4) {
       output_time = named_column(named[2]);
@@ -188,15 +190,15 @@ class ColumnSelector {
       if (column && !is_alone) require_once(columns()[*column].title);
       if (!column || !is_alone)
         reader_.fail_at_header(fmt::format(
-            "{} among {} can be the {}, expected the names time_s, input, output, or --columns "
-            "{}INPUT,OUTPUT by names or numbers from 1 to {}",
+            "{} among {} can be the {}, expected columns named time_s, input and output, or --columns "
+            "{}INPUT,OUTPUT with column names or numbers from 1 to {}",
             column ? "more than one column" : "no column", listed_columns(), column_meanings[meaning],
             layout_.rate_Hz && !times.first.first ? "" : "TIME,", columns().size()));
       take(meaning, *column);
     }
     if (takes_a_column_twice())
       reader_.fail_at_header(
-          fmt::format("a column among {} can be more than one of time, input and output, expected --columns "
+          fmt::format("the same column among {} fits two of time, input and output, expected --columns "
                       "TIME,INPUT,OUTPUT",
                       listed_columns()));
     if (times.second) take_output_time(*times.second);

@@ -92,8 +92,8 @@ class RowLoader {
   }
 
   std::string without_time() const {
-    return fmt::format("--columns {}{} reads the file without it", columns_without_time(columns_),
-                       layout_.rate_Hz ? "" : " --rate HZ");
+    return fmt::format("--columns {}{} reads the file without its time column",
+                       columns_without_time(columns_), layout_.rate_Hz ? "" : " --rate HZ");
   }
 
   void settle_units() {
@@ -166,8 +166,8 @@ class RowLoader {
     const bool is_since_1970 = first >= 1.2e9 && first < 2.1e9;
     if (step > 1.0 && step == std::round(step) && !is_since_1970)
       fail(fmt::format(
-          "{} increases by {:g} and has no unit, expected one in its name (t_ms), or --rate, the rows per "
-          "second",
+          "{} increases by {:g} and has no unit, expected a unit in the name of the column (as in t_ms), or "
+          "--rate with the rows per second",
           columns_.titles[0], step));
     loaded_.notes.push_back(fmt::format("{} has no unit, s assumed", columns_.titles[0]));
   }
@@ -189,8 +189,8 @@ class RowLoader {
     constexpr double rounded = 0.2;  // tolerance for rounded times (0.0003 s at 3 kHz); agrees_with_rate()
                                      // checks all rows later
     if (std::abs(unit_s * step * rate_Hz_ - 1.0) < rounded) return unit_s;
-    fail(fmt::format("{} increases by {} s, expected {} s at {}, or a count of samples; {}",
-                     columns_.titles[0], unit_s * step, 1.0 / rate_Hz_, origin_of_rate_, without_time()));
+    fail(fmt::format("{} increases by {} s, expected {} s at {}, or sample numbers; {}", columns_.titles[0],
+                     unit_s * step, 1.0 / rate_Hz_, origin_of_rate_, without_time()));
   }
 
   void read_rows() {
@@ -218,9 +218,9 @@ class RowLoader {
     if (times_s.empty() || time_s > times_s.back()) return;
     std::string advice;
     if (time_s == times_s.back())
-      advice = fmt::format(": if it is rounded, {}", without_time());
+      advice = fmt::format(": if the time is rounded, {}", without_time());
     else if (layout_.has_interval_options)
-      advice = fmt::format(": --to {} keeps the rows before", times_s.back());
+      advice = fmt::format(": --to {} selects only the rows before this row", times_s.back());
     fail(fmt::format("{} is {} after {}, expected an increasing time{}", columns_.titles[0],
                      time_s / seconds_ + origin_, times_s.back() / seconds_ + origin_, advice));
   }
@@ -240,19 +240,20 @@ class RowLoader {
     const double step_s = dataset.size() > 1 ? time_s - dataset.time_s[dataset.size() - 2] : 0.0;
     const double output_time_s = seconds_ * (row.back() - origin_);
     if (dataset.size() > 1 && !is_one_time(time_s, output_time_s, step_s))
-      fail(fmt::format("the time of the input is {} s and that of the output {} s, expected equal times",
-                       time_s, output_time_s));
+      fail(fmt::format(
+          "the time of the input is {} s and the time of the output is {} s, expected equal times", time_s,
+          output_time_s));
   }
 
   [[noreturn]] void fail_at_damage() {
     const Error damage = reader_.damage_error();
     std::string remedy;
     if (layout_.has_interval_options && !loaded_.dataset.time_s.empty())
-      remedy = fmt::format("--to {} ends before this row", loaded_.dataset.time_s.back());
+      remedy = fmt::format("--to {} selects only the rows before this row", loaded_.dataset.time_s.back());
     std::vector<double> row;
     while (remedy.empty() && layout_.has_interval_options && columns_.has_time && reader_.read(row))
       if (!reader_.is_damaged())
-        remedy = fmt::format("--from {} starts after this row", seconds_ * (row[0] - origin_));
+        remedy = fmt::format("--from {} selects only the rows after this row", seconds_ * (row[0] - origin_));
     throw Error({}, damage, {.remedy = remedy});
   }
 

@@ -186,7 +186,7 @@ double LabCsvReader::value(std::size_t i) {
       column < fields_.size() ? fields_[column] : line_.text.substr(line_.text.size());
   if (has_clock_ && i == 0) {
     if (const auto seconds = clock_.seconds(field)) return *seconds;
-    damage(field, fmt::format("{} is \"{}\", expected a time of day after the one before", title(),
+    damage(field, fmt::format("{} is \"{}\", expected a later time of day than in the row before", title(),
                               shortened(field)));
     return std::nan("");
   }

@@ -81,15 +81,15 @@ template <class V>
 void visit(V& v, identification::Misfit& misfit) {
   v.required("speed", misfit.speed, positive, {.meaning = "input units per second", .digits = 4});
   v.required("lowest", misfit.lowest, positive, {.meaning = "per input unit", .digits = 4});
-  v.optional("rms", misfit.rms, any, {.meaning = "of each octave from there on, output units"});
+  v.optional("rms", misfit.rms, any, {.meaning = "RMS error in each octave from `lowest` up, output units"});
 }
 
 template <class V>
 void visit(V& v, IdentifiedFrom& from) {
   v.required("samples", from.samples, {.lo = 1.0});
-  v.required("delay_s", from.delay_s, not_negative, {.meaning = "of the output behind the input"});
+  v.required("delay_s", from.delay_s, not_negative, {.meaning = "delay of the output behind the input"});
   v.required("rms_percent", from.rms_percent, not_negative,
-             {.meaning = "of the dataset's output span", .digits = 4});
+             {.meaning = "RMS error, relative to the output span of the dataset", .digits = 4});
   v.required("max_percent", from.max_percent, not_negative, {.digits = 4});
   v.optional_table("misfit", from.misfit, [](V& sub, auto& value) { visit(sub, value); });
 }

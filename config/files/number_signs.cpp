@@ -188,8 +188,8 @@ bool SignSurvey::separates_thousands(std::size_t side) const {
 std::optional<std::string> SignSurvey::contradiction() const {
   constexpr const char* advice = "expected one decimal sign and no thousands separators";
   const auto conflict = [&](const NumberPlace& one, const NumberPlace& other) {
-    return fmt::format("{} and {} cannot be read with the same signs, {}", one.described(), other.described(),
-                       advice);
+    return fmt::format("{} and {} cannot be read with the same decimal sign, {}", one.described(),
+                       other.described(), advice);
   };
   const auto& [point, comma] = sides_;
   if (point.decimal && comma.decimal) return conflict(*point.decimal, *comma.decimal);
@@ -206,8 +206,8 @@ std::optional<std::string> SignSurvey::contradiction() const {
       return each.second.has_ambiguous[i] && each.second.has_small && !each.second.has_large;
     });
     if (is_mixed)
-      return fmt::format("{}: its {} can be decimal or separate thousands, {}", side.ambiguous->described(),
-                         i == 0 ? "point" : "comma", advice);
+      return fmt::format("{}: its {} can be the decimal sign or separate thousands, {}",
+                         side.ambiguous->described(), i == 0 ? "point" : "comma", advice);
   }
   return std::nullopt;
 }

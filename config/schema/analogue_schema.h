@@ -53,7 +53,7 @@ void visit(V& v, node::AnalogueConfig& a) {
   v.optional_table("interlock_line", a.interlock_line, plain);
   v.optional_table("charge_pump_line", a.charge_pump_line, plain);
   v.optional("enable_delay_ms", a.amplifier.enable_delay, {.lo = 0.0, .hi = 10'000.0},
-             {"time from the enable line until the output is connected"});
+             {"time from the signal on the enable line until the amplifier connects its output"});
   v.optional("command_timeout_ms", a.amplifier.command_timeout, {.lo = 0.1, .hi = 10'000.0},
              {"timeout of the watchdog, at least two cycles"});
   v.optional("status_every", a.amplifier.status_every, {.lo = 1, .hi = 1000},

@@ -223,11 +223,11 @@ void check_command_deadline(const Checked& checked, const BusPlan& plan) {
       const auto sample = std::ranges::find(plan.frames, message,
                                             [](const PlannedFrame& planned) { return planned.frame.name; });
       if (sample->response && *sample->response <= deadline) continue;
-      checked.fail(config.controller.command_deadline,
-                   "command_deadline_us is effectively {:.0f}, expected at least {:.0f}: only then "
-                   "all samples {} have arrived",
-                   1e6 * can::seconds(deadline), 1e6 * can::seconds(sample->response.value_or(plan.cycle)),
-                   message);
+      checked.fail(
+          config.controller.command_deadline,
+          "the effective command_deadline_us is {:.0f}, expected at least {:.0f}: by then all samples in "
+          "message {} have arrived",
+          1e6 * can::seconds(deadline), 1e6 * can::seconds(sample->response.value_or(plan.cycle)), message);
     }
   }
 }
@@ -257,27 +257,27 @@ void check_slots(const Checked& checked) {
     if (!is_new)
       fail(fmt::format(
           "nodes {} ({}) and {} ({}) have the same slot, {} of {}, expected node ids with different "
-          "remainders",
+          "remainders after division by background_slots",
           other->second.first, other->second.second, node, name, slot, slots));
   }
   const Duration longest = std::min(config.twin.heartbeat_period, config.controller.heartbeat_period);
   if (2 * round_of(config) > longest)
     fail(fmt::format(
-        "two rounds of {} cycles take {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms: statuses "
-        "use the slots without a heartbeat",
+        "two rounds of {} background slots take {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms: "
+        "a slot with a heartbeat has no room for a status",
         slots, 2e3 * can::seconds(round_of(config)), 1e3 * can::seconds(longest)));
   const Duration gap =
       round_of(config) + std::max(config.twin.heartbeat_period, config.controller.heartbeat_period);
   if (2 * gap > config.controller.heartbeat_timeout)
     fail(fmt::format(
-        "with rounds of {} cycles two heartbeats may be {:.4g} ms apart, expected at most {:g}, half of "
+        "with {} background slots two heartbeats may be {:.4g} ms apart, expected at most {:g}, half of "
         "heartbeat_timeout_ms",
         slots, 1e3 * can::seconds(gap), 0.5e3 * can::seconds(config.controller.heartbeat_timeout)));
   for (const AxisConfig& axis : config.axes)
     if (axis.scan_marker && 2 * round_of(config) > line_of(config, axis))
       fail(fmt::format(
-          "two rounds of {} cycles take {:.3g} ms, expected at most {:g}, a line of axis {}: its markers "
-          "wait for the controller's slot",
+          "two rounds of {} background slots take {:.3g} ms, expected at most {:g}, the duration of a line "
+          "of axis {}: the controller sends scan markers only in its own slot",
           slots, 2e3 * can::seconds(round_of(config)), 1e3 * can::seconds(line_of(config, axis)),
           axis.wire.name));
 }

@@ -269,8 +269,8 @@ void check_agreement(const Checked& checked) {
   check_nodes(checked);
   if (config.controller.heartbeat_timeout < 2 * config.twin.heartbeat_period)
     checked.fail(config.controller.heartbeat_timeout,
-                 "heartbeat_timeout_ms is shorter than two of the nodes' heartbeat_ms, expected at least "
-                 "twice as long");
+                 "heartbeat_timeout_ms is shorter than two heartbeats of a node, expected at least twice the "
+                 "heartbeat_ms of the nodes");
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     AxisCheck(checked, i).run();
     check_instruments(checked, i);

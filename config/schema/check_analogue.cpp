@@ -106,7 +106,7 @@ class AnalogueCheck : Checked {
       if (device.kind == node::CardKind::simulated && !is_line(purpose) && card != identity_of(device_))
         fail(place.device,
              "device is \"{}\", expected the device of the axis, or a real card: a simulated card has "
-             "channels only for axes whose own device it is",
+             "channels only for the axes that name it as their own device",
              place.device);
       if (device.kind == node::CardKind::iio && is_line(purpose))
         fail(member,
@@ -165,8 +165,8 @@ class AnalogueCheck : Checked {
     const double control_ms = 1e3 * can::seconds(axis_.control.enable_delay);
     if (!reports_state(axis_.wire) && delay_ms > control_ms)
       fail(delay,
-           "enable_delay_ms is {:g}, expected at most {:g}, that of [axis.control]: the amplifier does not "
-           "report when its output is connected",
+           "enable_delay_ms is {:g}, expected at most {:g}, the enable_delay_ms of [axis.control]: the "
+           "amplifier does not report when its output is connected",
            delay_ms, control_ms);
     const double longest_ms =
         std::max(0.0, control_ms + 1e3 * axis_.control.supervision.enable_timeout_s - 2.0 * cycle_ms());

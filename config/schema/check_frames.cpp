@@ -59,7 +59,7 @@ class FrameCheck : Checked {
     names.reserve(config.database.messages.size());
     for (const can::Message& message : config.database.messages) names.push_back(message.name);
     fail("message", "no message " + map_.message,
-         fmt::format("one for axis {}; the most similar names: {}", axis_.wire.name,
+         fmt::format("a message for axis {}; the most similar names: {}", axis_.wire.name,
                      closest(map_.message, names)));
   }
 
@@ -76,7 +76,8 @@ class FrameCheck : Checked {
       names.reserve(message_->signals.size());
       for (const can::Signal& other : message_->signals) names.push_back(other.name);
       fail(key, fmt::format("message {} has no signal {}", message_->name, name),
-           fmt::format("one for axis {}; the most similar names: {}", axis_.wire.name, closest(name, names)));
+           fmt::format("a signal for axis {}; the most similar names: {}", axis_.wire.name,
+                       closest(name, names)));
     }
     if (can::bytes_needed(*signal) > message_->length)
       fail(key,
@@ -88,7 +89,7 @@ class FrameCheck : Checked {
            "a signal that is in every frame");
     if (!can::is_decodable(*signal))
       fail(key, fmt::format("signal {} of message {} has {} bits", name, message_->name, signal->length),
-           "1 to 64, or 32 or 64 for an IEEE 754 number");
+           "1 to 64 bits, or 32 or 64 bits for an IEEE 754 number");
     used_.emplace_back(key, signal);
   }
 
@@ -99,7 +100,8 @@ class FrameCheck : Checked {
       const std::vector<std::uint8_t> bits = bits_of(*message_, *signal);
       for (std::size_t i = 0; i < bits.size(); ++i) {
         if ((taken[i] & bits[i]) != 0)
-          fail(key, fmt::format("signal {} of message {} overlaps another", signal->name, message_->name),
+          fail(key,
+               fmt::format("signal {} of message {} overlaps another signal", signal->name, message_->name),
                "unused bits");
         taken[i] = static_cast<std::uint8_t>(taken[i] | bits[i]);
       }
@@ -112,15 +114,18 @@ class FrameCheck : Checked {
     const unsigned count = can::bytes_of(map_.polynomial);
     const bool whole = crc.fills_bytes(count);
     if (!is_own() && (!whole || crc.first_byte() + count != message_->length))
-      fail("crc", fmt::format("signal {} of message {} is not its last byte", map_.crc, message_->name),
+      fail("crc",
+           fmt::format("signal {} of message {} is not the last byte of the message", map_.crc,
+                       message_->name),
            "the CRC there");
     if (!whole)
-      fail("crc",
-           fmt::format("signal {} of message {} is not {}", map_.crc, message_->name,
-                       count == 1 ? "a whole byte" : "two whole bytes"),
-           fmt::format("{} bits that fill {}, for polynomial {}{}, or another polynomial", 8 * count,
-                       count == 1 ? "a byte" : "two bytes", word_of(map_.polynomial),
-                       count == 1 ? "" : " (the default above 8 bytes)"));
+      fail(
+          "crc",
+          fmt::format("signal {} of message {} is not {}", map_.crc, message_->name,
+                      count == 1 ? "a whole byte" : "two whole bytes"),
+          fmt::format("a signal of {} bits that fills {}, as polynomial {}{} requires, or another polynomial",
+                      8 * count, count == 1 ? "a byte" : "two bytes", word_of(map_.polynomial),
+                      count == 1 ? "" : " (the default above 8 bytes)"));
   }
 
   void check_standard_id(std::uint32_t id) const {
@@ -140,7 +145,7 @@ class FrameCheck : Checked {
     const std::string_view role = field.role;
     if (role == "sync_counter" && !holds_integers(codec, 1, can::sync_counter_max))
       fail_at_integers(field.role, signal, codec,
-                       fmt::format("1 to {}, the counter of the SYNC", can::sync_counter_max));
+                       fmt::format("1 to {}, the range of the SYNC counter", can::sync_counter_max));
     if ((role == "enable" || role == "clear_fault") && !holds_integers(codec, 0, 1))
       fail_at_integers(field.role, signal, codec, "0 and 1");
     if (role == "in_position" || role == "limited" || role == "reference_finished")
@@ -227,7 +232,7 @@ class FrameCheck : Checked {
         if (codec.unpack_raw(payload) != value)
           fail(key,
                fmt::format("{} does not fit signal {} of message {}", value, named->second, message_->name),
-               "raw values of that signal");
+               "raw values that the signal can contain");
       }
     };
     check("state_off", map_.states.off);
@@ -237,7 +242,7 @@ class FrameCheck : Checked {
     if (map_.states.ready.empty() || map_.states.enabled.empty())
       fail(map_.states.ready.empty() ? "state_ready" : "state_enabled",
            fmt::format("no raw value of signal {}", named->second),
-           "a raw value for ready and one for enabled; both may be equal");
+           "a raw value for ready and a raw value for enabled; the two may be equal");
   }
 
   const AxisConfig& axis_;
@@ -257,7 +262,7 @@ void check_frames(const Checked& checked, std::size_t axis) {
   if (!wire.frames && wire.message_prefix.empty())
     checked.document.fail_at(
         fmt::format("axis[{}]", axis),
-        "missing key message_prefix, expected in [[axis]], or [axis.frames] in its place");
+        "missing key message_prefix, expected the key in [[axis]], or the table [axis.frames] instead");
   FrameCheck<can::AmpCommand>(checked, axis, "command").run(can::receive_pdo_base + wire.amplifier_node);
   FrameCheck<can::AmpStatus>(checked, axis, "status").run(can::transmit_pdo_base + wire.amplifier_node);
   FrameCheck<can::SensorSample>(checked, axis, "sample").run(can::transmit_pdo_base + wire.sensor_node);
@@ -266,8 +271,8 @@ void check_frames(const Checked& checked, std::size_t axis) {
   FrameCheck<can::ScanMarker>(checked, axis, "").run(can::scan_marker_base + wire.amplifier_node);
   const auto expect = [&]<class Payload>(const bool& is_used) {
     if (!is_used || can::message_map_in<Payload>(config.database, wire)) return;
-    checked.fail(is_used, "no message {}{} in {}, expected one for {}", wire.message_prefix, Payload::name,
-                 config.bus.dbc.string(), key_of(config.axes[axis], is_used));
+    checked.fail(is_used, "no message {}{} in {}, expected this message for {} = true", wire.message_prefix,
+                 Payload::name, config.bus.dbc.string(), key_of(config.axes[axis], is_used));
   };
   expect.template operator()<can::Setpoint>(config.axes[axis].live_setpoint);
   expect.template operator()<can::ScanMarker>(config.axes[axis].scan_marker);
@@ -285,8 +290,8 @@ std::vector<std::string> protection_warnings(const Config& config) {
       const unsigned most = can::most_bytes_guarded(protection.polynomial);
       if (covered > most)
         warnings.push_back(fmt::format(
-            "message {} of axis {}: {} covers {} bytes, but finds every two wrong bits in at most "
-            "{}: use polynomial = \"CRC-16\", with two bytes for the CRC",
+            "message {} of axis {}: {} covers {} bytes, but detects every pair of wrong bits only in at most "
+            "{} bytes: use polynomial = \"CRC-16\", with two bytes for the CRC",
             name, axis.wire.name, word_of(protection.polynomial), covered, most));
     }
   return warnings;

@@ -41,7 +41,7 @@ class InstrumentCheck : Checked {
     const double needed_V = amplifier_.load_ohm * largest_A;
     if (amplifier_.voltage_limit_V < needed_V)
       fail(amplifier_.voltage_limit_V,
-           "voltage_limit_V is {:g}, expected at least {:g}: {:g} A through load_ohm",
+           "voltage_limit_V is {:g}, expected at least {:g}: {:g} A must flow through load_ohm",
            amplifier_.voltage_limit_V, needed_V, largest_A);
   }
 
@@ -64,8 +64,7 @@ class InstrumentCheck : Checked {
     const twin::DriveNoise::Config& noise = twin_.drive_noise;
     const double highest_Hz = 0.5 / can::seconds(twin_.plant.substep);
     if (noise.ripple > 0.0 && !(noise.ripple_Hz > 0.0 && noise.ripple_Hz <= highest_Hz))
-      fail(noise.ripple_Hz,
-           "ripple_Hz is {:g}, expected more than 0 and at most {:g}, half a cycle in a sub-step",
+      fail(noise.ripple_Hz, "ripple_Hz is {:g}, expected more than 0 and at most {:g}, 1 / (2 substep_us)",
            noise.ripple_Hz, highest_Hz);
   }
 
@@ -108,10 +107,11 @@ void check_receipt_delays(const Checked& checked) {
     const can::Duration& delay = axis.control.delays.command_delay;
     const can::Duration latest = latest_command(plan_bus(config), config, axis);
     if (delay <= can::Duration::zero() || delay > latest)
-      checked.fail(delay,
-                   "command_delay_us is {:g}, expected more than 0 and at most {:.0f}: a "
-                   "setpoint takes effect on receipt, which is no later than that",
-                   us(delay), us(latest));
+      checked.fail(
+          delay,
+          "command_delay_us is {:g}, expected more than 0 and at most {:.0f}: a setpoint takes effect on "
+          "receipt, at the latest at this time",
+          us(delay), us(latest));
   }
 }
 

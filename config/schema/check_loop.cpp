@@ -53,8 +53,8 @@ void check_loop(const Checked& checked, std::size_t index) {
         "the plant in [axis.control.delays], whose damping_ratio is {:g}, expected a larger damping_ratio",
         gains_of(pi), axis.control.delays.damping_ratio);
   checked.fail(pi.kp,
-               "the loop is unstable with {}, expected kp of less than {:g} without ki_per_s "
-               "for the plant in delays; `hystcan tune` finds gains with margin",
+               "the loop is unstable with {}, expected kp below {:g} and ki_per_s = 0 for the plant in "
+               "[axis.control.delays]; `hystcan tune` finds gains with margin",
                gains_of(pi), stable.kp);
 }
 
@@ -101,12 +101,13 @@ std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz) {
                                                     text_of(loop.margins), loop.margins.bandwidth_Hz)}};
   if (!loop.worst.stable)
     findings.push_back(
-        {true, fmt::format("with the resonance {:g} % off the loop is unstable: lower ki_per_s, or set a "
-                           "notch; `hystcan tune` finds both",
-                           resonance_off_percent)});
+        {true,
+         fmt::format("if the resonance differs by {:g} %, the loop is unstable: lower ki_per_s, or set a "
+                     "notch; `hystcan tune` finds both",
+                     resonance_off_percent)});
   else {
     const bool has_little_margin = loop.worst.peak_sensitivity > too_sensitive;
-    findings.push_back({has_little_margin, fmt::format("{}with the resonance {:g} % off: {}",
+    findings.push_back({has_little_margin, fmt::format("{}if the resonance differs by {:g} %: {}",
                                                        has_little_margin ? "little margin " : "",
                                                        resonance_off_percent, text_of(loop.worst))});
   }
@@ -153,8 +154,9 @@ std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rat
     if (design.periods > 1)
       line += fmt::format("; {} periods together, {} cycles", design.periods, design.plan.phases);
     if (design.slip_cycles > negligible_cycles)
-      line += fmt::format("; {:.2f} of a cycle off a whole number, the phases are interpolated",
-                          design.slip_cycles);
+      line += fmt::format(
+          "; the period differs by {:.2f} of a cycle from whole cycles, so the phases are interpolated",
+          design.slip_cycles);
     lines.push_back(line);
   }
   return lines;

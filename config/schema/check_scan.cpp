@@ -97,7 +97,7 @@ class ScanAxis : Checked {
         other.reference_.begins_s(other_segment) + other.axis_.control.setpoint.front().transition_s;
     if (!are_same(begins_s, others_s))
       differ(path_of(config, axis_.control.setpoint[segment].transition_s),
-             "the time from the start to the scan in s", begins_s, others_s, other);
+             "the time in s from the start to the scan", begins_s, others_s, other);
   }
 
   const AxisConfig& axis_;

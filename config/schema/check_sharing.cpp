@@ -25,7 +25,7 @@ class SharingCheck : Checked {
     const can::MessageMap map = map_of(index_);
     const std::uint8_t &node = wire(index_).*node_, expected = wire(first).*node_;
     if (node != expected)
-      fail(node, "{} is {}, expected {} as in axis {}, with which it shares message {}",
+      fail(node, "{} is {}, expected {} as in axis {}: both axes use message {}",
            key_of(config.axes[index_], node), node, expected, wire(first).name, map.message);
     check_protection(map, first);
     const can::Message& message = can::find_message(config.database, map);
@@ -44,9 +44,11 @@ class SharingCheck : Checked {
     const can::MessageMap theirs = map_of(first);
     const auto expect_same = [&](const char* key, bool is_same) {
       if (!is_same)
-        document.fail_at(place(key), fmt::format("{} differs from that of axis {}, expected the same: "
-                                                 "message {} of both has one protection",
-                                                 key, wire(first).name, map.message));
+        document.fail_at(
+            place(key),
+            fmt::format(
+                "{} differs from the value of axis {}, expected the same value: both axes use message {}",
+                key, wire(first).name, map.message));
     };
     expect_same("integrity", map.integrity == theirs.integrity);
     if (map.integrity == can::Integrity::none) return;
@@ -92,7 +94,7 @@ void check_setups(const Checked& checked, std::size_t index) {
   const Config& config = checked.config;
   const auto check = [&](std::size_t first, const std::vector<can::SdoWrite>& setup) {
     if (first == index || setup.empty()) return;
-    checked.fail(setup, "{} belongs to a node that axis {} shares, expected its objects in that axis",
+    checked.fail(setup, "{} is for a node that axis {} also uses, expected these objects only in that axis",
                  key_of(config.axes[index], setup), config.axes[first].wire.name);
   };
   const can::AxisWire& wire = config.axes[index].wire;
@@ -136,16 +138,17 @@ void check_sharing(const Checked& checked) {
         config.axes[i].twin.sample_clock != config.axes[first].twin.sample_clock)
       checked.document.fail_at(
           fmt::format("axis[{}].twin.sensor", i),
-          fmt::format("the sensor samples by another clock than that of axis {}, expected the "
-                      "same: they are in the same frame",
-                      config.axes[first].wire.name));
+          fmt::format(
+              "the sample clock of the sensor differs from that of axis {}, expected equal clocks: the "
+              "samples of both axes are in the same frame",
+              config.axes[first].wire.name));
     const std::size_t first = first_sharing<can::AmpCommand>(config, i);
     if (first == i) continue;
     for (const std::size_t axis : {first, i})
       if (const bool& verify_watchdog = config.axes[axis].control.verify_watchdog)
         checked.fail(verify_watchdog,
                      "the commands of several axes are in the same frame, expected verify_watchdog = false: "
-                     "the test would stop the commands of the others too");
+                     "the test would stop the commands of the other axes too");
     if (config.controller.command_deadline >= controller::cycle_of(config.controller))
       checked.fail(config.controller.command_deadline,
                    "command_deadline_us is {:g}, expected less than the cycle, {:g}",

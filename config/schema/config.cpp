@@ -198,9 +198,11 @@ class Loader {
     if (!dynamics) return;
     const double lag_s = dynamics->delay_s - sensor_s;
     if (!(lag_s > 0.0))
-      fail_without(bandwidth_Hz,
-                   fmt::format(": the model's delay of {:g} s is no more than the sensor's, {:g} s",
-                               dynamics->delay_s, sensor_s));
+      fail_without(
+          bandwidth_Hz,
+          fmt::format(
+              ": without this key, the model's delay ({:g} s) must exceed the sensor's delay ({:g} s)",
+              dynamics->delay_s, sensor_s));
     bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s);
   }
   /// Returns the dynamics of the model file if the key of `value` is missing; nullopt if the key is set.

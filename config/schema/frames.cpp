@@ -19,8 +19,8 @@ constexpr Loss command_losses[] = {
 
 constexpr Loss status_losses[] = {
     {"output",
-     "no Output: the ramp-in starts at the safe drive instead of the amplifier's output, and the CSV shows the "
-     "safe drive"},
+     "no Output: the ramp-in starts at the safe drive instead of the amplifier's output, and the CSV shows "
+     "the safe drive"},
     {"state", "no State: an amplifier that ignores Enable is not detected"},
     {"fault", "no Fault: a fault is shown by the State only, without its code"}};
 
@@ -68,8 +68,8 @@ std::vector<std::string> losses(const can::AxisWire& axis) {
     add(lines, "status: ", *axis.frames->status, status_losses);
   else
     lines.emplace_back(
-        "no status: the amplifier is not read back; a trip or an ignored Enable is seen only as a "
-        "following error; the ramp-in starts at the safe drive, enable_delay_ms after Enable");
+        "no status: the controller cannot read the amplifier back, so a trip or an ignored Enable appears "
+        "only as a following error; the ramp-in starts at the safe drive, enable_delay_ms after Enable");
   add(lines, "sample: ", axis.frames->sample, sample_losses);
   return lines;
 }

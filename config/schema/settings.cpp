@@ -65,7 +65,7 @@ std::string found_path(const T& value, const Member& member) {
   for_each_key(value, Writer::Layout::schema, [&](const Key& key) {
     if (key.member == member && path.empty()) path = key.path;
   });
-  if (path.empty()) throw std::logic_error("a member of the configuration that no key has");
+  if (path.empty()) throw std::logic_error("no key of the configuration has this member");
   return path;
 }
 

@@ -11,9 +11,9 @@ namespace hystcan::config {
 /// Lists the keys of [[axis.control.coupling]] and [[axis.twin.coupling]].
 template <class V>
 void visit(V& v, model::Coupling& c) {
-  v.required("from", c.from, any, {"axis that moves this one"});
+  v.required("from", c.from, any, {"axis that moves this axis"});
   v.required("um_per_um", c.um_per_um, {.lo = -0.5, .hi = 0.5},
-             {"position of this axis per um of the other one"});
+             {"position added to this axis per um of the other axis"});
 }
 
 /// Placeholder for the drive unit, V or A, in the description of the keys for the documentation.
@@ -48,16 +48,18 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
              {"one-sided density of the white noise at the output"});
   v.optional("ripple_" + unit, t.drive_noise.ripple, not_negative, {"amplitude of a sine on the output"});
   v.optional("ripple_Hz", t.drive_noise.ripple_Hz, not_negative,
-             {"frequency of that sine, up to half a cycle in `substep_us`"});
+             {"frequency of the sine on the output, at most 1 / (2 `substep_us`)"});
   v.optional("watchdog_action", t.watchdog_action, any, {"reaction of the output when commands stop"});
   v.optional("watchdog_ramp_" + unit + "_per_s", amplifier.ramp_per_s, positive,
-             {"speed of the ramp; `slew` and the load may be slower", "required with `ramp`"});
+             {"speed of the ramp; `slew` or the load can make the ramp slower", "required with `ramp`"});
   v.optional("apply", t.apply, any, {"event at which a setpoint takes effect"});
   v.optional("interpolate", t.interpolate, any, {"the drive ramps linearly to each setpoint within a cycle"});
   v.optional("enable_delay_ms", t.enable_delay, {.lo = 0.0, .hi = 10'000.0},
              {"time from Enable until a relay connects the output"});
-  v.optional("soft_start_ms", t.soft_start, {.lo = 0.0, .hi = 10'000.0},
-             {"duration of the linear ramp to the setpoint after that; the state is \"enabled\" at its end"});
+  v.optional(
+      "soft_start_ms", t.soft_start, {.lo = 0.0, .hi = 10'000.0},
+      {"duration of the linear ramp to the setpoint after `enable_delay_ms`; the state is \"enabled\" after "
+       "this ramp"});
 }
 
 /// Lists the keys of [axis.twin.sensor]. The keys noise_um_rms and resolution_um are in [axis.twin].
@@ -67,7 +69,7 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
   v.optional("bandwidth_Hz", sensor.bandwidth_Hz, not_negative,
              {"first-order low pass of the position; 0: unlimited"});
   v.optional("noise_density_um_per_rtHz", sensor.noise_density_um_per_rtHz, not_negative,
-             {"white noise before that low pass, one-sided"});
+             {"one-sided density of the white noise before the low pass"});
   v.optional("delay_us", sensor.delay, {.lo = 0.0, .hi = 100'000.0},
              {"age of the position that the sensor reads"});
   v.optional("drift_um_per_h", sensor.drift_um_per_h, any, {"linear drift since the start of the twin"});
@@ -83,7 +85,7 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
   v.optional("sample_rate_Hz", t.sample_clock.rate_Hz, {.lo = 0.0, .hi = 10'000.0},
              {"rate of the sensor's own clock; 0: `rate_Hz`"});
   v.optional("skew_ppm", t.sample_clock.skew_ppm, {.lo = -10'000.0, .hi = 10'000.0},
-             {"error of the sensor's own clock; positive: fast"});
+             {"rate error of the sensor's own clock; above 0: the clock is fast"});
 }
 
 /// Lists the keys of [axis.twin.second_mode]. The functions below list the keys of [axis.twin.creep] and
@@ -161,9 +163,9 @@ void visit(V& v, twin::FaultSpec& f) {
   v.required("duration_s", f.lasts, positive, {"duration of the fault"});
   if (!its.unit.empty())
     v.optional("value", f.value, {.lo = its.lowest, .hi = its.highest},
-               {"number of the fault, for kinds that have one", "of the kind"});
+               {"value of the fault, for kinds that have a value", "of the kind"});
   v.optional("repeat_every_s", f.repeat_every, not_negative,
-             {"period of a repeated fault, more than `duration_s`; 0: once"});
+             {"period of a repeated fault, more than `duration_s`; 0: the fault occurs once"});
 }
 
 /// Lists the keys of [twin.random_faults].

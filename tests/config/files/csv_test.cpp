@@ -101,7 +101,8 @@ TEST_F(Csv, RefusesARowThatEndsEarly) {
 }
 
 TEST_F(Csv, RefusesAHeaderWithoutTheColumn) {
-  EXPECT_EQ(refusal("time_s,volts\n0,1\n"), ":1:1: no column input, expected it among time_s, volts");
+  EXPECT_EQ(refusal("time_s,volts\n0,1\n"),
+            ":1:1: no column input, expected a column with this name among time_s, volts");
 }
 
 std::string columns(std::size_t count) {
@@ -114,7 +115,7 @@ TEST_F(Csv, HasALimitOfColumns) {
   EXPECT_EQ(refusal(columns(most_columns) + "\n"), "accepted");
   EXPECT_EQ(refusal(columns(most_columns + 1) + "\n"), ":1:1: 4097 columns, expected at most 4096");
   EXPECT_EQ(refusal("a" + columns(100) + "\n").substr(0, 60),
-            ":1:1: no column input, expected it among ainput, c1, c2, c3,");
+            ":1:1: no column input, expected a column with this name among ainput, c1, c2, c3,");
   EXPECT_TRUE(refusal("a" + columns(100) + "\n").ends_with("c19 and 80 more"));
 }
 

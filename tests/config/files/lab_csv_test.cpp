@@ -153,7 +153,7 @@ TEST(LabCsvColumns, MayHaveRoundedTimes) {
 TEST(LabCsvColumns, AreRefusedIfTimesContradictTheRate) {
   EXPECT_EQ(refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
             ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate overrides "
-            "it), or a count of samples; --columns 2,3 --rate HZ reads the file without it");
+            "it), or sample numbers; --columns 2,3 --rate HZ reads the file without its time column");
 }
 
 TEST(LabCsvColumns, MayContainTimesOrSampleNumbersBesideARate) {
@@ -164,11 +164,11 @@ TEST(LabCsvColumns, MayContainTimesOrSampleNumbersBesideARate) {
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(time_s[i], expected[i], 1e-12) << text;
   }
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n0.001,3,4\n", {.rate_Hz = 5000.0}),
-            ":3: t increases by 0.001 s, expected 0.0002 s at --rate 5000, or a count of samples; "
-            "--columns 2,3 reads the file without it");
+            ":3: t increases by 0.001 s, expected 0.0002 s at --rate 5000, or sample numbers; --columns 2,3 "
+            "reads the file without its time column");
   EXPECT_EQ(refusal("t (ms),V,x\n0,1,2\n1,3,4\n", {.rate_Hz = 5000.0}),
-            ":3: t (ms) increases by 0.001 s, expected 0.0002 s at --rate 5000, or a count of samples; "
-            "--columns 2,3 reads the file without it");
+            ":3: t (ms) increases by 0.001 s, expected 0.0002 s at --rate 5000, or sample numbers; --columns "
+            "2,3 reads the file without its time column");
 }
 
 TEST(LabCsvColumns, AreScaledFromVoltageToLength) {
@@ -196,16 +196,15 @@ TEST(LabCsvRefusal, NamesALengthThatIsScaled) {
 TEST(LabCsvRefusal, ListsThePresentAndMissingColumns) {
   EXPECT_EQ(
       refusal("t,V1 (V),V2 (V),x\n0,1,2,3\n1,2,3,4\n"),
-      ":1:1: more than one column among t, V1 (V), V2 (V), x can be the input, expected the names time_s, "
-      "input, output, "
-      "or --columns TIME,INPUT,OUTPUT by names or numbers from 1 to 4");
+      ":1:1: more than one column among t, V1 (V), V2 (V), x can be the input, expected columns named "
+      "time_s, input and output, or --columns TIME,INPUT,OUTPUT with column names or numbers from 1 to 4");
   EXPECT_EQ(refusal("t,V\n0,1\n1,2\n"),
             ":1:1: two columns of numbers, expected time, input and output: --output-from FILE reads the "
             "output from another file, and --rate a file without time");
-  EXPECT_EQ(refusal("t,V,z\n0,1,2\n1,2,3\n"),
-            ":1:1: no column among t, V, z can be the output, expected the names time_s, input, output, or "
-            "--columns "
-            "TIME,INPUT,OUTPUT by names or numbers from 1 to 3");
+  EXPECT_EQ(
+      refusal("t,V,z\n0,1,2\n1,2,3\n"),
+      ":1:1: no column among t, V, z can be the output, expected columns named time_s, input and output, or "
+      "--columns TIME,INPUT,OUTPUT with column names or numbers from 1 to 3");
   EXPECT_EQ(
       refusal("0,1,2\n1,2,3\n"),
       ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, "
@@ -220,9 +219,10 @@ TEST(LabCsvRefusal, HasThePlaceOfABadRow) {
   EXPECT_EQ(refusal("Lab 3\nt;V;x\n0;1;2\n1;2\n"), ":4:1: the row has 2 fields, expected 3 as in the header");
   EXPECT_EQ(refusal("t;V;x\n0;1;2\n1;abc;3\n"), ":3:3: V is \"abc\", expected a finite number");
   EXPECT_EQ(refusal("t;V;x\n0;1;2\n1;;3\n"), ":3:3: V is empty, expected a number");
-  EXPECT_EQ(refusal("t,V,x\n0,1,2\n0.5,1,2\n0.5,1,2\n"),
-            ":4: t is 0.5 after 0.5, expected an increasing time: if it is rounded, --columns 2,3 --rate HZ "
-            "reads the file without it");
+  EXPECT_EQ(
+      refusal("t,V,x\n0,1,2\n0.5,1,2\n0.5,1,2\n"),
+      ":4: t is 0.5 after 0.5, expected an increasing time: if the time is rounded, --columns 2,3 --rate HZ "
+      "reads the file without its time column");
   EXPECT_EQ(refusal("t,V,t\n0,1,2\n1,1,2\n"),
             ":1:1: column t occurs twice, expected each name once, or --columns with numbers from 1 to 3");
 }
@@ -250,20 +250,22 @@ TEST(LabCsvColumns, UseTheIntervalOfTheInstrument) {
 TEST(LabCsvSigns, AreDecidedOnceForTheWholeFile) {
   EXPECT_EQ(
       refusal("t;V;x\n0,5;1;2.000\n0,6;1;31.250\n"),
-      ": 2.000 (2:7) and 0,5 (2:1) cannot be read with the same signs, expected one decimal sign and no "
+      ": 2.000 (2:7) and 0,5 (2:1) cannot be read with the same decimal sign, expected one decimal sign and "
+      "no thousands separators");
+  EXPECT_EQ(
+      refusal("t\tV\tx\n0.5\t1,5\t2\n"),
+      ": 0.5 (2:1) and 1,5 (2:5) cannot be read with the same decimal sign, expected one decimal sign and no "
       "thousands separators");
-  EXPECT_EQ(refusal("t\tV\tx\n0.5\t1,5\t2\n"),
-            ": 0.5 (2:1) and 1,5 (2:5) cannot be read with the same signs, expected one decimal sign and no "
-            "thousands separators");
   EXPECT_EQ(load("t;V;x\n0,5;1;1.002.000,5\n0,6;1;31.250\n").dataset.output,
             (std::vector<double>{1002000.5, 31250.0}));
   EXPECT_EQ(load("t;V;x\n0,5;1;2.000\n0,6;1;31\n").dataset.output, (std::vector<double>{2000.0, 31.0}));
   EXPECT_EQ(load("t_s;V;x\n1;1,500;2\n2;1,250;3\n").notes,
             (std::vector<std::string>{
                 "1,500 (2:3): the comma is taken as the decimal sign, though it can separate thousands"}));
-  EXPECT_EQ(refusal("t;V;x\n1;1.500;2\n2;500;3\n"),
-            ": 1.500 (2:3): its point can be decimal or separate thousands, expected one decimal sign and no "
-            "thousands separators");
+  EXPECT_EQ(
+      refusal("t;V;x\n1;1.500;2\n2;500;3\n"),
+      ": 1.500 (2:3): its point can be the decimal sign or separate thousands, expected one decimal sign and "
+      "no thousands separators");
   EXPECT_EQ(
       refusal("t,V,x\n0,0100,1,5,2,25\n0,0200,1,5,2,25\n", {.columns = "2,4,6"}),
       ":2:3: decimal commas between commas, expected semicolons between the fields or quotes around the "

@@ -29,8 +29,8 @@ symmetry     = "even"
 
 [identification]
 samples      = 12345
-delay_s      = 0.00125  # of the output behind the input
-rms_percent  = 0.1235  # of the dataset's output span
+delay_s      = 0.00125  # delay of the output behind the input
+rms_percent  = 0.1235  # RMS error, relative to the output span of the dataset
 max_percent  = 12
 )";
 

@@ -63,9 +63,9 @@ INSTANTIATE_TEST_SUITE_P(
         RecordFile{
             "01_keysight_two_header_lines.csv",
             {},
-            ":1:1: more than one column among x-axis, 1 [V], 2 [V] can be the input, expected the names "
-            "time_s, input, "
-            "output, or --columns TIME,INPUT,OUTPUT by names or numbers from 1 to 3"},
+            ":1:1: more than one column among x-axis, 1 [V], 2 [V] can be the input, expected columns named "
+            "time_s, input and output, or --columns TIME,INPUT,OUTPUT with column names or numbers from 1 to "
+            "3"},
         RecordFile{"01_keysight_two_header_lines.csv", scaled},
         RecordFile{"02_rigol_two_header_lines.csv", scaled},
         RecordFile{"03_siglent_source_second_volt.csv", scaled},
@@ -89,25 +89,30 @@ INSTANTIATE_TEST_SUITE_P(
         RecordFile{"10_each_channel_its_time.csv", {.columns = "1,2,4", .output_scale = 10.0}},
         RecordFile{"12_numpy_savetxt_header.txt"}, RecordFile{"12_numpy_savetxt_header.txt", by_number},
         RecordFile{"13_blanks_in_names.txt"}, RecordFile{"14_unit_words.csv"},
-        RecordFile{"15_nan_at_the_ends.csv",
-                   {},
-                   ":2:3: V is \"NaN\", expected a finite number; --from 0.01 starts after this row"},
-        RecordFile{"15_nan_at_the_ends.csv",
-                   {.from_s = 0.01},
-                   ":600:16: x is \"NaN\", expected a finite number; --to 5.97 ends before this row"},
+        RecordFile{
+            "15_nan_at_the_ends.csv",
+            {},
+            ":2:3: V is \"NaN\", expected a finite number; --from 0.01 selects only the rows after this row"},
+        RecordFile{
+            "15_nan_at_the_ends.csv",
+            {.from_s = 0.01},
+            ":600:16: x is \"NaN\", expected a finite number; --to 5.97 selects only the rows before this "
+            "row"},
         RecordFile{"15_nan_at_the_ends.csv", {.from_s = 0.01, .to_s = 5.97}, "", 597},
         RecordFile{"16_text_at_the_end.csv"}, RecordFile{"17_cut_in_the_last_row.csv", {}, "", 599},
-        RecordFile{"19_time_restarts.csv",
-                   {},
-                   ":602: t is 0 after 5.99, expected an increasing time: --to 5.99 keeps the rows before"},
+        RecordFile{
+            "19_time_restarts.csv",
+            {},
+            ":602: t is 0 after 5.99, expected an increasing time: --to 5.99 selects only the rows before "
+            "this row"},
         RecordFile{"19_time_restarts.csv", {.to_s = 5.99}}, RecordFile{"20_clock_time.csv"},
         RecordFile{"20_clock_time.csv", {.columns = "2,3", .rate_Hz = 100.0}}, RecordFile{"23_epoch_ms.csv"},
         RecordFile{"24_decimal_commas_in_quotes.csv"},
         RecordFile{
             "25_time_rounded.csv",
             {},
-            ":3: Time (s) is 200 after 200, expected an increasing time: if it is rounded, --columns 2,3 "
-            "--rate HZ reads the file without it"},
+            ":3: Time (s) is 200 after 200, expected an increasing time: if the time is rounded, --columns "
+            "2,3 --rate HZ reads the file without its time column"},
         RecordFile{"25_time_rounded.csv", {.columns = "2,3", .rate_Hz = 100.0}}));
 
 /// A row number, a time in s, a drive in V, a position in um.
@@ -183,7 +188,8 @@ INSTANTIATE_TEST_SUITE_P(
                                  i == 0 ? "\u221e" : fmt::format("{:.6f}", x));
             },
             by_number,
-            ":4:17: Channel B is \"\u221e\", expected a finite number; --from 0.01 starts after this row"},
+            ":4:17: Channel B is \"\u221e\", expected a finite number; --from 0.01 selects only the rows "
+            "after this row"},
         WornDress{"PI: a GCS array",
                   "# REM E-709\n# SAMPLE_TIME = 0.010000\n# NAME0 = Control Voltage\n# END_HEADER\n",
                   [](int, double, double v, double x) { return fmt::format("{:.6f} {:.6f} \n", v, x); },
@@ -220,14 +226,15 @@ INSTANTIATE_TEST_SUITE_P(
               return fmt::format("{:.2f},{:.5f},{:.5f}{}\n", time, v, x, i == 0 ? ",5" : "");
             },
             {},
-            ":2:1: the row has 4 fields, expected 3 as in the header; --from 0.01 starts after this row"},
+            ":2:1: the row has 4 fields, expected 3 as in the header; --from 0.01 selects only the rows "
+            "after this row"},
         WornDress{
             "times in whole numbers without a unit",
             "time,drive,position\n",
             [](int i, double, double v, double x) { return counted_by(10 * i, v, x); },
             {},
-            ":3: time increases by 10 and has no unit, expected one in its name (t_ms), or --rate, the rows "
-            "per second"},
+            ":3: time increases by 10 and has no unit, expected a unit in the name of the column (as in "
+            "t_ms), or --rate with the rows per second"},
         WornDress{"times in whole numbers beside a rate",
                   "time,drive,position\n",
                   [](int i, double, double v, double x) { return counted_by(10 * i, v, x); },

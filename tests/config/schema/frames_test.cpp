@@ -47,12 +47,13 @@ TEST_P(InvalidFrames, AreRefusedAtTheirLine) {
 INSTANTIATE_TEST_SUITE_P(
     Frames, InvalidFrames,
     testing::Values(
-        BadFrames{"NoSuchMessage", file, "\"AmpSet\"", "\"AmpSte\"", "message      = ",
-                  "no message AmpSte in lab_amplifier.dbc, expected one for axis x; the most similar names: "
-                  "AmpSet"},
+        BadFrames{
+            "NoSuchMessage", file, "\"AmpSet\"", "\"AmpSte\"", "message      = ",
+            "no message AmpSte in lab_amplifier.dbc, expected a message for axis x; the most similar names: "
+            "AmpSet"},
         BadFrames{
             "NoSuchSignal", file, "setpoint     = \"Volt\"", "setpoint     = \"volts\"", "setpoint     = ",
-            "message AmpSet has no signal volts in lab_amplifier.dbc, expected one for axis x; the most "
+            "message AmpSet has no signal volts in lab_amplifier.dbc, expected a signal for axis x; the most "
             "similar names: Volt"},
         BadFrames{"NoSuchCounter", file, "\"Cnt\"", "\"Count\"", "counter      = ", "has no signal Count"},
         BadFrames{"UnknownRole", file, "enable       = ", "enabel       = ", "enabel", "unknown key enabel"},
@@ -247,9 +248,9 @@ TEST(ProtectionWarnings, NameAMessageTooLongForItsCrc) {
   };
   EXPECT_EQ(
       warnings(16, "CRC-8H2F"),
-      (std::vector<std::string>{"message AmpSet of axis x: CRC-8H2F covers 15 bytes, but finds every two "
-                                "wrong bits in at most 14: use polynomial = \"CRC-16\", with two bytes for "
-                                "the CRC"}));
+      (std::vector<std::string>{
+          "message AmpSet of axis x: CRC-8H2F covers 15 bytes, but detects every pair of wrong bits only in "
+          "at most 14 bytes: use polynomial = \"CRC-16\", with two bytes for the CRC"}));
   EXPECT_EQ(warnings(32, "SAE-J1850").size(), 1u) << "31 bytes";
   EXPECT_TRUE(warnings(12, "CRC-8H2F").empty());
   EXPECT_TRUE(warnings(24, "SAE-J1850").empty());

@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
             "TooLittleVoltage",
             galfenol,
             {of_twin("voltage_limit_V", "5.0"), of_twin("load_mH", "10.0"), of_twin("load_ohm", "4.0")},
-            "voltage_limit_V is 5, expected at least 12: 3 A through load_ohm"},
+            "voltage_limit_V is 5, expected at least 12: 3 A must flow through load_ohm"},
         Disagreement{"VoltageOfAVoltageDrive", piezo, {of_twin("voltage_limit_V", "5.0")}, "voltage_limit_V"},
         Disagreement{"RampWithoutASpeed",
                      piezo,

@@ -62,9 +62,11 @@ TEST(Load, RefusesALagThatTheSensorAloneExceeds) {
   append_to_models(shipped);
   shipped.edit("piezo.toml", "amplifier_bandwidth_Hz = 1500.0\n", "sensor_delay_us = 300.0\n");
   const std::string refusal = support::refusal_of([&] { load(shipped / "piezo.toml"); });
-  EXPECT_NE(refusal.find("missing key amplifier_bandwidth_Hz, expected in [axis[0].control.delays]: the "
-                         "model's delay of 0.0002 s is no more than the sensor's, 0.0003 s"),
-            std::string::npos)
+  EXPECT_NE(
+      refusal.find(
+          "missing key amplifier_bandwidth_Hz, expected in [axis[0].control.delays]: without this key, the "
+          "model's delay (0.0002 s) must exceed the sensor's delay (0.0003 s)"),
+      std::string::npos)
       << refusal;
 }
 
@@ -103,9 +105,9 @@ INSTANTIATE_TEST_SUITE_P(
                  "unknown key rate"},
         BadInput{"UnknownTable", "piezo.toml", "[bus]", "[buss]\nx = 1\n[bus]", "unknown key buss"},
         BadInput{"MissingKey", "piezo.toml", "ki_per_s           = 409.0", "", "missing key ki_per_s"},
-        BadInput{
-            "MissingResonance", "piezo.toml", "resonance_Hz           = 500.0\n", "",
-            "missing key resonance_Hz, expected in [axis[0].control.delays], or [dynamics] in its model file"},
+        BadInput{"MissingResonance", "piezo.toml", "resonance_Hz           = 500.0\n", "",
+                 "missing key resonance_Hz, expected in [axis[0].control.delays], or [dynamics] in its model "
+                 "file"},
         BadInput{"MissingBandwidthOfTheTwin", "piezo.toml",
                  "bandwidth_Hz       = 1500.0       # assumed, small signal into 1.5 uF\n", "",
                  "missing key bandwidth_Hz, expected in [axis[0].twin], or [dynamics] in its model file"},
@@ -131,7 +133,8 @@ INSTANTIATE_TEST_SUITE_P(
                  "kindd = \"triangle\"", "unknown key kindd (did you mean kind?)"},
         BadInput{
             "ModeWithoutDamping", "piezo.toml", "damping_ratio          = 0.05", "damping_ratio = 0.0",
-            "no kp or ki_per_s above 0 is stable for the plant in [axis.control.delays], whose damping_ratio is 0"},
+            "no kp or ki_per_s above 0 is stable for the plant in [axis.control.delays], whose damping_ratio "
+            "is 0"},
         BadInput{"UnknownSetpoint", "piezo.toml", "\"triangle\"", "\"zigzag\"", "kind is \"zigzag\""},
         BadInput{"UnitOfAnotherDrive", "piezo.toml", "drive_max_V        = 100.0", "drive_max_A = 100.0",
                  "unknown key drive_max_A"},
@@ -150,7 +153,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"OverlappingSignalsInTheDbc", "hystcan.dbc", "SG_ Enable : 32|1", "SG_ Enable : 16|1",
                  "overlaps another"},
         BadInput{"CrcOutOfItsPlace", "hystcan.dbc", "SG_ Crc : 56|8", "SG_ Crc : 52|4",
-                 "is not its last byte"},
+                 "is not the last byte of the message"},
         BadInput{"EmptyInterface", "piezo.toml", "\"vcan0\"", "\"\"", "interface is empty"},
         BadInput{"DelayOfAnotherRate", "piezo.toml", "rate_Hz = 1000.0", "rate_Hz = 2000.0",
                  "command_delay_us is 1000, expected 500"},

@@ -49,7 +49,8 @@ TEST(SetpointFile, IsRefusedWithItsLine) {
             "r.csv:3:3: position_um is \"nan\", expected a finite number");
   EXPECT_EQ(refusal("time_s,position_um\n0,1\n1,2\n2"),
             "r.csv:4:1: the row has 1 field, expected 2 as in the header");
-  EXPECT_EQ(refusal("time_s,x\n0,1\n"), "r.csv:1:1: no column position_um, expected it among time_s, x");
+  EXPECT_EQ(refusal("time_s,x\n0,1\n"),
+            "r.csv:1:1: no column position_um, expected a column with this name among time_s, x");
 }
 
 /// Returns the shipped piezo stage with these lines in place of x's triangle.
@@ -118,7 +119,8 @@ TEST(SetpointKeys, MakeARaster) {
   const support::ShippedCopy shipped;
   shipped.edit(
       "raster.toml", "turnaround_percent = 10.0 ",
-      "both_directions = false\nflyback_percent = 25.0\nframes = 3\nslow = \"ramp\"\nturnaround_percent = 8.0");
+      "both_directions = false\nflyback_percent = 25.0\nframes = 3\nslow = \"ramp\"\nturnaround_percent = "
+      "8.0");
   shipped.edit("raster.toml", "turnaround_percent = 10.0 ",
                "both_directions = false\nflyback_percent = 25.0\nframes = 3\nturnaround_percent = 8.0");
   const Config config = load(shipped / "raster.toml");
@@ -154,7 +156,7 @@ TEST(Scan, IsRefusedIfItsAxesHaveDifferentLines) {
 
 TEST(Scan, IsRefusedIfItsAxesBeginAtDifferentTimes) {
   EXPECT_EQ(refusal_of_scan("transition_s       = 0.2", "transition_s = 0.3"),
-            "the time from the start to the scan in s is 0.2, expected 0.3 as on axis x of the same scan");
+            "the time in s from the start to the scan is 0.2, expected 0.3 as on axis x of the same scan");
   EXPECT_EQ(refusal_of_scan("repeat             = true", "repeat = false"),
             "the reference repeats, expected the same as on axis x of the same scan");
 }
@@ -175,7 +177,7 @@ TEST(Scan, NeedsAMessageForItsMarkers) {
   const support::ShippedCopy shipped;
   shipped.edit("hystcan.dbc", "BO_ 897 XScanMarker", "BO_ 897 XScanMark");
   const std::string error = support::refusal_of([&] { load(shipped / "raster.toml"); });
-  EXPECT_NE(error.find("no message XScanMarker in hystcan.dbc, expected one for scan_marker"),
+  EXPECT_NE(error.find("no message XScanMarker in hystcan.dbc, expected this message for scan_marker = true"),
             std::string::npos)
       << error;
 }

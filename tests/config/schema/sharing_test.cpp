@@ -41,7 +41,7 @@ TEST(SharedFrames, AllowTwoAxesWithOneNodeAndOneMessage) {
 
 TEST(SharedFrames, MustBelongToOneNode) {
   EXPECT_NE(error_after({other_sensor})
-                .find("sensor_node is 9, expected 8 as in axis x, with which it shares message Samples"),
+                .find("sensor_node is 9, expected 8 as in axis x: both axes use message Samples"),
             std::string::npos)
       << error_after({other_sensor});
 }
@@ -67,7 +67,7 @@ TEST(SharedFrames, MustHaveOneProtection) {
                     "\"Counter\"\ncrc          = \"Crc\"\ncrc_covers   = \"identifier\"\n",
                     "status       = \"StatusY\"\nintegrity    = \"counter\"\ncounter      = "
                     "\"Counter\"\n"}});
-  EXPECT_NE(error.find("integrity differs from that of axis x, expected the same"), std::string::npos)
+  EXPECT_NE(error.find("integrity differs from the value of axis x, expected the same"), std::string::npos)
       << error;
 }
 
@@ -85,9 +85,11 @@ TEST(SharedFrames, MustBeSentWithinTheCycle) {
 
 TEST(SharedFrames, MustNotBeSentBeforeTheirSamplesArrive) {
   const std::string error = error_after({{"_us = 245.0", "_us = 100.0"}});
-  EXPECT_NE(error.find("command_deadline_us is effectively 100, expected at least 243: only then all samples "
-                       "Samples have arrived"),
-            std::string::npos)
+  EXPECT_NE(
+      error.find(
+          "the effective command_deadline_us is 100, expected at least 243: by then all samples in message "
+          "Samples have arrived"),
+      std::string::npos)
       << error;
 }
 
@@ -102,22 +104,24 @@ TEST(BackgroundSlots, MustDifferForEachNode) {
   const std::string error = error_after({{"node                = 24", "node                = 40"}});
   EXPECT_NE(
       error.find("nodes 16 (the amplifier of axis x) and 40 (the controller) have the same slot, 16 of 24, "
-                 "expected node ids with different remainders"),
+                 "expected node ids with different remainders after division by background_slots"),
       std::string::npos)
       << error;
 }
 
 TEST(BackgroundSlots, MustRecurTwiceInAHeartbeatPeriod) {
   const std::string error = error_after({{"heartbeat_ms = 100.0", "heartbeat_ms = 11.0"}});
-  EXPECT_NE(error.find("two rounds of 24 cycles take 12 ms, expected at most 11, the shorter heartbeat_ms"),
-            std::string::npos)
+  EXPECT_NE(
+      error.find(
+          "two rounds of 24 background slots take 12 ms, expected at most 11, the shorter heartbeat_ms"),
+      std::string::npos)
       << error;
 }
 
 TEST(BackgroundSlots, MustAllowHeartbeatsWithinTheTimeout) {
   const std::string error = error_after({{"heartbeat_ms = 100.0", "heartbeat_ms = 145.0"}});
   EXPECT_NE(
-      error.find("with rounds of 24 cycles two heartbeats may be 151 ms apart, expected at most 150, half of "
+      error.find("with 24 background slots two heartbeats may be 151 ms apart, expected at most 150, half of "
                  "heartbeat_timeout_ms"),
       std::string::npos)
       << error;
@@ -162,7 +166,7 @@ TEST(SharedFrames, MustBeSampledByOneClock) {
   const std::string error = error_after(
       {{"resolution_um      = 0.0001\n",
         "resolution_um      = 0.0001\n[axis.twin.sensor]\nsampling = \"free\"\nsample_rate_Hz = 2500.0\n"}});
-  EXPECT_NE(error.find("the sensor samples by another clock than that of axis x"), std::string::npos)
+  EXPECT_NE(error.find("the sample clock of the sensor differs from that of axis x"), std::string::npos)
       << error;
 }
 
