@@ -199,7 +199,7 @@ class Butterfly {
       valleys.push_back(valley_of(given_[i], swings));
       if (!std::isfinite(valleys.back()))
         refuse("dataset ", i + 1,
-               " shows one side of a butterfly: its output has no valley inside a swing of the input, "
+               " shows only one side of a butterfly: the output has no minimum inside a swing of the input, "
                "expected inputs of both signs");
       offsets_.push_back(options_.common_zero ? 0.0 : valleys[i] - valleys[0]);
       for (const double x : given_[i].output) most = std::max(most, x - valleys[i]);
@@ -230,7 +230,7 @@ class Butterfly {
       if (std::optional<FittedMap> next = fitted(inner, order);
           next && (!best || next->rms < worth_a_term * best->rms))
         best = std::move(next);
-    if (!best) refuse("no map with one valley fits: check that the dataset is a butterfly");
+    if (!best) refuse("no output map with a single minimum fits: check that the dataset is a butterfly");
     return *best;
   }
 

@@ -118,9 +118,11 @@ void check_common_inputs(const std::vector<Dataset>& datasets) {
             }) > 0;
   if (unconnected.empty()) return;
   const std::size_t i = unconnected.front();
-  refuse("dataset ", i + 1, " has inputs from ", ranges[i].lo, " to ", ranges[i].hi, ", the others from ",
-         tied.lo, " to ", tied.hi,
-         ": without common inputs its zero is unknown; expected common inputs, or a common zero");
+  refuse(
+      "dataset ", i + 1, " has inputs from ", ranges[i].lo, " to ", ranges[i].hi, ", the others from ",
+      tied.lo, " to ", tied.hi,
+      ": without common inputs the output offset between the datasets is unknown, expected common inputs, or "
+      "a common zero");
 }
 
 class Identification {
@@ -150,9 +152,8 @@ class Identification {
     set_up();
     choose_creep(excerpts_of(finer_samples * options_.search_samples));
     if (result_.search.rms > unexplained * deviation(seen()))
-      refuse("the best model misses the output by ",
-             std::round(100.0 * result_.search.rms / deviation(seen())),
-             " % of its standard deviation: the output does not follow the input");
+      refuse("the error of the best model is ", std::round(100.0 * result_.search.rms / deviation(seen())),
+             " % of the standard deviation of the output: the output does not follow the input");
     fit_all();
     result_.pace_ascending = pace_range(problem_, result_.search, &Trial::k_span_ascending, options_.go_on);
     result_.pace_descending = pace_range(problem_, result_.search, &Trial::k_span_descending, options_.go_on);
@@ -279,7 +280,7 @@ class Identification {
     result_.held_out_rms = result_.search.held_out;
     judge(result_, datasets());
     if (!std::isfinite(result_.overall.rms))
-      refuse("the model that fits best has no finite error; expected a dataset that a model can describe");
+      refuse("the error of the best model is not finite, expected a dataset that a model can describe");
   }
 
   IdentifyOptions options_;

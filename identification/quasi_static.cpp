@@ -90,12 +90,12 @@ Grid grid_of(const std::vector<double>& time_s) {
     const double cycles = static_cast<double>(grid.cycles[n] - grid.cycles[n - 1]);
     if (!(std::abs(steps_s[n - 1] - cycles * grid.cycle_s) <= unevenness * grid.cycle_s))
       refuse("time_s of row ", n + 1, " is ", steps_s[n - 1],
-             " s after the row before, expected a whole multiple of ", grid.cycle_s,
-             " s within 10 % of it: an evenly sampled dataset");
+             " s after the row before, expected an evenly sampled dataset: a whole multiple of ",
+             grid.cycle_s, " s, with a tolerance of 10 % of this time");
   }
   if (grid.length() > 2 * static_cast<Eigen::Index>(time_s.size()))
     refuse(grid.length() - static_cast<Eigen::Index>(time_s.size()), " of ", grid.length(),
-           " cycles have no row, expected rows for at least half");
+           " cycles have no row, expected rows for at least half of the cycles");
   return grid;
 }
 

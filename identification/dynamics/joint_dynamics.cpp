@@ -222,7 +222,7 @@ class JointDynamics {
     if (best.overall.rms > worth_dynamics * before.overall.rms)
       refuse("a mode at ", std::round(best.dynamics->mode.natural_frequency_Hz),
              " Hz does not lower the error, ", before.overall.rms, " ", best.parameters.output_unit,
-             " RMS without it: use faster inputs to show the dynamics");
+             " RMS without the mode: use faster inputs to show the dynamics");
     for (std::size_t i = 0; i < datasets_.size(); ++i)
       best.datasets[i] = characterise(datasets_[i], best.observed);
     best.output_span = before.output_span;

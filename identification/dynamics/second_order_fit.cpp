@@ -306,8 +306,8 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
     throw ModeNotShown(text_of(
         "natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
         " Hz and damping ratio from ", range_of(fit.damping_ratio),
-        ", expected a dataset that determines them: excite more near the resonance, longer, or sample "
-        "faster;",
+        ", expected a dataset that determines both values: excite more near the resonance, excite longer, or "
+        "sample faster;",
         " this dataset shows only a lag"));
   constexpr double slowest_Hz = 1.0;
   if (fit.natural_frequency_Hz.value < slowest_Hz)
@@ -317,7 +317,7 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
     throw ModeNotShown(text_of(
         "the best mode has a delay of ", in_three_digits(fit.delay_s.value),
         " s, which is impossible: the mode is above half the sampling rate, or the input of a row is not ",
-        "the drive that is active from that row on"));
+        "the drive from that row to the next row"));
 }
 
 }  // namespace

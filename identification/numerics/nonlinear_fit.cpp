@@ -150,7 +150,7 @@ Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
 
 Minimum improve(const NonlinearProblem& problem, const VectorXd& start, int steps) {
   const std::optional<VectorXd> values = problem.values(start);
-  if (!values) refuse("the start is not a valid model, expected a valid one");
+  if (!values) refuse("the start values are not a valid model, expected the values of a valid model");
   Minimum fit{start, cost_of(problem, *values)};
   double lambda = 1e-4;
   for (int step = 0; step < steps; ++step) {
