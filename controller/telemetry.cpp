@@ -72,8 +72,9 @@ void LatenessLog::add(const CycleRecord& record) {
   if (!times) return;
   const auto us = [](can::Duration d) { return std::chrono::duration<double, std::micro>(d).count(); };
   sink_(can::BusHealthLog::Level::warning,
-        fmt::format("{} SYNC more than {:g} us late until {:.3f} s, worst {:.0f} us: see hystcan doctor",
-                    *times, us(warn_), record.time_s, us(std::exchange(worst_, can::Duration::zero()))));
+        fmt::format(
+            "{} SYNC sent more than {:g} us late until {:.3f} s, the latest by {:.0f} us: run hystcan doctor",
+            *times, us(warn_), record.time_s, us(std::exchange(worst_, can::Duration::zero()))));
 }
 
 }  // namespace hystcan::controller

@@ -25,7 +25,8 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
      "no heartbeat of the sensor in heartbeat_timeout_ms: check its supply, its cable, its heartbeat period",
      true},
     {"amplifier silent",
-     "no heartbeat of the amplifier in heartbeat_timeout_ms: check its supply, its cable, its heartbeat period"},
+     "no heartbeat of the amplifier in heartbeat_timeout_ms: check its supply, its cable, its heartbeat "
+     "period"},
     {"node restarted", "a node booted up while in use: check its supply"},
     {"node not set up",
      "a node refused or did not keep an object of its setup: see the log, check index and value"},
@@ -39,17 +40,17 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
     {"another controller is on this bus",
-     "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the "
-     "log shows the frame; stop one of the two"},
+     "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the log "
+     "shows the frame; stop one of the two controllers"},
     {"sample late",
      "samples arrive after the next SYNC or after command_deadline_us: check the bus load and the "
      "sensor's rate",
      true},
-    {"position frozen", "the drive moves, the position does not change by one bit: check sensor and stage",
-     true},
+    {"position frozen",
+     "the drive moves, but the measured position does not change at all: check sensor and stage", true},
     {"position jumped",
-     "the position moved by more than position_jump_um in a cycle: check the sensor and its cable; if it "
-     "oscillated before, lower the gains or set a notch",
+     "the position moved by more than position_jump_um in a cycle: check the sensor and its cable; if the "
+     "position oscillated before, lower the gains or set a notch",
      true},
     {"node emergency", "a node sent an emergency: the log shows its code and meaning"},
     {"node not operational", "a node left the state operational by itself: check its log and its supply"},
@@ -58,7 +59,7 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"model left its range",
      "the model cannot be inverted at this drive: identify the actuator again over its whole range", true},
     {"watchdog failed",
-     "the amplifier did not react to missing commands: configure its watchdog before anything is driven"},
+     "the amplifier did not react to missing commands: configure its watchdog before you drive the actuator"},
     {"commands late",
      "the commands are not transmitted: check the bus load and the wiring, and that a node is on the bus"},
     {"sample doubled",
@@ -68,8 +69,7 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"status missing",
      "no status of the amplifier in status_timeout_ms: check the amplifier node and the bus load"},
     {"foreign NMT or SDO",
-     "another node commands a node of this axis or writes to it: see the log, and "
-     "stop that node"},
+     "another node sends an NMT command or an SDO to a node of this axis: see the log, and stop the sender"},
     {"loop unstable",
      "the loop oscillates: lower kp and ki_per_s, set a notch at the resonance; `hystcan tune` finds both",
      true},

@@ -99,8 +99,8 @@ void prepare(Raster& raster) {
   const double shorter = std::min(raster.flyback_percent, 100.0 - raster.flyback_percent);
   if (!raster.both_directions && 0.5 * raster.turnaround_percent > shorter)
     refusal << "turnaround_percent is " << raster.turnaround_percent << ", expected at most " << 2.0 * shorter
-            << ": half of it must fit into the trace and into the flyback of " << raster.flyback_percent
-            << " %";
+            << ": half of the turnaround must fit into the trace and into the flyback of "
+            << raster.flyback_percent << " %";
   if (!refusal.view().empty()) throw std::invalid_argument(refusal.str());
   const Sawtooth lines = lines_of(raster);
   raster.way_up_s = lines.way_up_s();

@@ -170,8 +170,8 @@ TEST(ForeignAccess, IsOnlyCountedIfItReadsOrStarts) {
   loop.rehearsal.run_for(milliseconds(5));
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
   EXPECT_EQ(loop.events,
-            (std::vector<std::string>{"node 2: another node sent it NMT 1 (start)",
-                                      "node 2: another node sent it NMT 119 (unknown command)"}));
+            (std::vector<std::string>{"node 2: another node sent this node NMT 1 (start)",
+                                      "node 2: another node sent this node NMT 119 (unknown command)"}));
   EXPECT_EQ(loop.rehearsal.controller().node_notes(),
             (std::vector<std::string>{"node 1: 3 SDO reads of another node",
                                       "node 2: 2 NMT commands of another node"}));
@@ -231,7 +231,8 @@ TEST(ForeignAccess, FaultsTheAxisIfItWrites) {
   loop.tester->send(can::sdo_request(2, {.service = can::SdoService::write, .object = current_limit}));
   loop.rehearsal.run_for(milliseconds(2));
   EXPECT_EQ(loop.axis().fault().cause, Cause::foreign_access);
-  EXPECT_EQ(loop.events, std::vector<std::string>{"node 2: another node wrote to its object 0x2001:01"});
+  EXPECT_EQ(loop.events,
+            std::vector<std::string>{"node 2: another node wrote to object 0x2001:01 of this node"});
 }
 
 /// The fault is decided between two steps. The status of the axis must not delay the safe command.

@@ -123,8 +123,10 @@ TEST(LatenessLog, WritesOneLinePerSecondForAllLateSyncs) {
     log.add(late_by(cycle, late));  // record of the other axis in the same cycle
   }
   ASSERT_EQ(lines.size(), 2u);
-  EXPECT_TRUE(lines[0].starts_with("1 SYNC more than 200 us late until 0.010 s, worst 210 us")) << lines[0];
-  EXPECT_TRUE(lines[1].starts_with("98 SYNC more than 200 us late until 1.010 s, worst 590 us")) << lines[1];
+  EXPECT_TRUE(lines[0].starts_with("1 SYNC sent more than 200 us late until 0.010 s, the latest by 210 us"))
+      << lines[0];
+  EXPECT_TRUE(lines[1].starts_with("98 SYNC sent more than 200 us late until 1.010 s, the latest by 590 us"))
+      << lines[1];
 }
 
 TEST(LatenessLog, WritesNothingWithoutALimit) {

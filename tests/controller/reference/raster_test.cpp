@@ -187,9 +187,10 @@ TEST(Raster, RefusesNumbersThatContradictEachOther) {
       "frame starts at the other end");
   raster = one_way(ScanRole::fast);
   raster.flyback_percent = 8.0;
-  EXPECT_EQ(refusal(raster),
-            "turnaround_percent is 20, expected at most 16: half of it must fit into the trace and into the "
-            "flyback of 8 %");
+  EXPECT_EQ(
+      refusal(raster),
+      "turnaround_percent is 20, expected at most 16: half of the turnaround must fit into the trace and "
+      "into the flyback of 8 %");
 }
 
 }  // namespace
