@@ -256,7 +256,7 @@ void Reader::message() {
 
   const std::size_t index = database_.messages.size();
   if (!names_.emplace(name, index).second)
-    note(name, "message " + message.name + " occurs a second time: its name refers to the first one");
+    note(name, "message " + message.name + " occurs a second time: its name refers to the first message");
   if (!database_.message_by_id.insert_or_assign(Database::key_of(message.id, message.extended), index)
            .second) {
     note(id_token, "identifier " + std::string(id_token) +
@@ -339,7 +339,7 @@ void Reader::read_range(Signal& signal, const std::string& of) {
     return;
   }
   note_of_signal(low, "minimum " + std::string(low) + " and maximum " + std::string(high) + of +
-                          " are not a range: read as no range");
+                          " are not a range: the range is ignored");
 }
 
 char Reader::one_of(std::string_view marks, const std::string& words) {
@@ -417,7 +417,7 @@ void Reader::note_overlaps(const Message& message, const MessageText& text) {
       taken[place] = true;
     }
     if (overlaps)
-      note(text.signals[i], "signal " + signal.name + " overlaps another one of message " + message.name);
+      note(text.signals[i], "signal " + signal.name + " overlaps another signal of message " + message.name);
   }
 }
 

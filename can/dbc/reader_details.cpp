@@ -258,7 +258,7 @@ void Reader::attribute() {
 
 void Reader::set_long_name(const Subject& subject, std::string_view name) {
   if (name.size() > longest_name || !Cursor::is_word(name))
-    return note(name, cited(name) + " is not a name: the name in the file stays");
+    return note(name, cited(name) + " is not a valid name: the name in the file is kept");
   const std::string long_name = to_utf8(name);
   for_objects(subject, long_name.size(), [&](auto& object) {
     if constexpr (requires { object.short_name; }) {
@@ -328,9 +328,8 @@ void Reader::note_repeated_long_names() {
   for (std::size_t i = 0; i < texts_.size(); ++i) {
     const Message& message = database_.messages[i];
     if (!messages.insert(message.name).second && !message.short_name.empty())
-      note(texts_[i].name, "message " + message.name +
-                               " occurs a second time: its name refers to the "
-                               "first one");
+      note(texts_[i].name,
+           "message " + message.name + " occurs a second time: its name refers to the first message");
     std::set<std::string_view> signals;
     for (std::size_t k = 0; k < message.signals.size(); ++k) {
       const Signal& signal = message.signals[k];

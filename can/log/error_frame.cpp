@@ -97,7 +97,7 @@ std::vector<std::string> error_causes(const Frame& frame) {
   if ((frame.id & CAN_ERR_CRTL) != 0) add(causes, controller_details, frame.data[1], "controller error");
   if ((frame.id & CAN_ERR_PROT) != 0) add(causes, protocol_details, frame.data[2], "protocol error");
   if (causes.empty() && (frame.id & CAN_ERR_CNT) != 0) causes.emplace_back("error counters");
-  if (causes.empty()) causes.emplace_back("error of no known class");
+  if (causes.empty()) causes.emplace_back("error of an unknown class");
   return causes;
 }
 

@@ -297,7 +297,7 @@ std::string describe(const SdoFailure& failure) {
                                   sdo_abort_text(failure.abort_code));
     case SdoFailure::Reason::read_back_differs:
       return object +
-             fmt::format("0x{:X} was written, 0x{:X} was read back", failure.written, failure.read_back);
+             fmt::format("0x{:X} was written, but 0x{:X} was read back", failure.written, failure.read_back);
     case SdoFailure::Reason::segmented:
       return object + "the node answers in segments, expected a value of at most 4 bytes";
     case SdoFailure::Reason::none:

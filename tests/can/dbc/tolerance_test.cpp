@@ -45,8 +45,9 @@ TEST(DbcTolerance, ReadsAnInvalidRangeAsNoRange) {
     EXPECT_EQ(signal.maximum, 0.0) << range;
     ASSERT_EQ(warnings.size(), 1U) << range;
   }
-  EXPECT_EQ(warnings[0],
-            "lab.dbc:2:24: minimum -nan(ind) and maximum 0 of signal S are not a range: read as no range");
+  EXPECT_EQ(
+      warnings[0],
+      "lab.dbc:2:24: minimum -nan(ind) and maximum 0 of signal S are not a range: the range is ignored");
   const Signal open = signal_of("0|8@1+ (1,0) [-INF|1.#INF]", &warnings);
   EXPECT_EQ(open.minimum, -std::numeric_limits<double>::infinity());
   EXPECT_EQ(open.maximum, std::numeric_limits<double>::infinity());
@@ -80,7 +81,7 @@ TEST(DbcTolerance, WarnsOfSignalsThatOverlap) {
   const Database database =
       read(message(" SG_ A : 0|8@1+ (1,0) [0|0] \"\" X\n SG_ B : 7|4@0+ (1,0) [0|0] \"\" X\n"
                    " SG_ C : 8|8@1+ (1,0) [0|0] \"\" X\n SG_ D m1 : 8|8@1+ (1,0) [0|0] \"\" X"));
-  EXPECT_EQ(database.warnings, Warnings{"lab.dbc:3:6: signal B overlaps another one of message Status"});
+  EXPECT_EQ(database.warnings, Warnings{"lab.dbc:3:6: signal B overlaps another signal of message Status"});
 }
 
 TEST(DbcTolerance, KeepsDuplicateIdentifiersNamesAndSignals) {
@@ -96,7 +97,7 @@ TEST(DbcTolerance, KeepsDuplicateIdentifiersNamesAndSignals) {
   const Database names = read("BO_ 1 A: 1 X\nBO_ 2 A: 1 X\n");
   EXPECT_EQ(names.find("A")->id, 1U);
   EXPECT_EQ(names.warnings,
-            Warnings{"lab.dbc:2:7: message A occurs a second time: its name refers to the first one"});
+            Warnings{"lab.dbc:2:7: message A occurs a second time: its name refers to the first message"});
   const Database signals =
       read(message(" SG_ S : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ S : 8|8@1+ (1,0) [0|0] \"\" A") +
            "VAL_ 385 S 1 \"on\";");
@@ -112,8 +113,8 @@ TEST(DbcTolerance, ReadsALongIdentifierWithoutBit31AsExtended) {
   EXPECT_EQ(database.messages[0].id, 2048U);
   EXPECT_EQ(
       database.warnings,
-      Warnings{
-          "lab.dbc:1:5: identifier 2048 of message A has more than 11 bits, but not bit 31: read as extended"});
+      Warnings{"lab.dbc:1:5: identifier 2048 of message A has more than 11 bits, but not bit 31: read as "
+               "extended"});
 }
 
 TEST(DbcTolerance, ReadsMessagesOfTransportProtocolsAndEmptyMessages) {
@@ -159,7 +160,8 @@ TEST(DbcTolerance, ReadsNewSymbolsOnOneLineAndAnEmptyList) {
 TEST(DbcTolerance, SkipsMalformedUnusedCommentsAndDefinitions) {
   const Database database = read(
       "BU_: A B\nBO_ 257 Cmd: 8 A\n SG_ U : 0|16@1+ (0.01,0) [0|100] \"V\" B\n"
-      "CM_ 257 \"without its kind; BO_\";\nBA_DEF_ BO_ \"Sendable\" BOOL False True;\nVAL_ 257 U 0 \"off\" ;\n");
+      "CM_ 257 \"without its kind; BO_\";\nBA_DEF_ BO_ \"Sendable\" BOOL False True;\nVAL_ 257 U 0 \"off\" "
+      ";\n");
   EXPECT_EQ(
       database.warnings,
       (Warnings{"lab.dbc:4:5: found '257', expected BO_, SG_, BU_, EV_ or a comment in quotes: this CM_ is "

@@ -183,7 +183,7 @@ TEST(ErrorWords, NameEveryCauseWithItsNumbers) {
   lost.frame.data[0] = 12;
   EXPECT_EQ(error_causes(lost.frame), (std::vector<std::string>{"arbitration lost", "not acknowledged"}));
   EXPECT_EQ(describe_error(drop_notice(5)), "frames lost by the recorder: 5");
-  EXPECT_EQ(describe_error(error(0, 0, 0, 0).frame), "error of no known class");
+  EXPECT_EQ(describe_error(error(0, 0, 0, 0).frame), "error of an unknown class");
 }
 
 }  // namespace

@@ -219,7 +219,7 @@ TEST(SdoSetup, FailsIfTheNodeDoesNotKeepAValue) {
   shows("S-109");
   const SdoSetup setup = set_up_with({0x4F, 0x01, 0x20, 0x05, 8, 0, 0, 0});
   EXPECT_TRUE(setup.has_failed());
-  EXPECT_EQ(describe(setup.failure()), "object 0x2001:05: 0x9 was written, 0x8 was read back");
+  EXPECT_EQ(describe(setup.failure()), "object 0x2001:05: 0x9 was written, but 0x8 was read back");
 }
 
 TEST(SdoSetup, AcceptsAValueWithoutAStatedSize) {
