@@ -43,7 +43,7 @@ class DescriptorBuffer : public std::streambuf {
       // A writer has opened the FIFO, but has written nothing yet.
       if (received < 0 && errno == EAGAIN) return;
       if (received < 0 && errno != EINTR) input.refuse();
-      if (WaitClock::now() > deadline) input.refuse("it is a pipe without a writer");
+      if (WaitClock::now() > deadline) input.refuse("it is a pipe, and no program writes to this pipe");
       ::poll(nullptr, 0, pause_ms);
     }
   }

@@ -106,7 +106,7 @@ std::optional<std::string> print_patiently(std::string_view text) {
   const Written written = write_within(STDOUT_FILENO, text, std::chrono::seconds(5));
   if (written == Written::all) return std::nullopt;
   return lost_output_text(written == Written::failed ? std::generic_category().message(errno)
-                                                     : "the reader does not read it");
+                                                     : "the receiving program does not read the output");
 }
 
 bool is_lost_output() {

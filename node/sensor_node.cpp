@@ -32,7 +32,7 @@ SensorNode::SensorNode(const can::AxisWire& first, const SampleClock& clock, con
 void SensorNode::add(SensorChannel& channel, const SampleClock& clock) {
   if (clock != sample_clock_)
     throw std::invalid_argument("the axes of sensor node " + std::to_string(number()) +
-                                " have different sample clocks, expected the same for all axes");
+                                " have different sample clocks, expected the same clock for all axes");
   channels_.push_back(&channel);
 }
 

@@ -176,7 +176,7 @@ RunInfo read_run_info(const std::filesystem::path& run) {
   reader("hystcan_run", version);
   if (version != format_version)
     throw Error(file, fmt::format("hystcan_run is {}", version),
-                expect("{}: made by another version of hystcan", format_version));
+                expect("{}: another version of hystcan wrote the run", format_version));
   RunInfo info;
   visit(reader, info);
   return info;

@@ -175,13 +175,12 @@ void RunWriter::keep_limit() {
   limit_kept_ = Clock::now();
   const LimitOutcome outcome = runs::keep_limit(config_.folder, run_, bytes(1e3 * config_.limit_GB));
   for (const std::string& name : outcome.removed)
-    sink_(Level::info, fmt::format("{}: limit_GB is {:g}: {} was removed", config_.folder.string(),
+    sink_(Level::info, fmt::format("{}: limit_GB is {:g}, so {} was removed", config_.folder.string(),
                                    config_.limit_GB, name));
   if (!outcome.is_kept)
-    throw std::runtime_error(
-        fmt::format("{}: {:.3g} GB, limit_GB is {:g}, and no more files may be "
-                    "removed",
-                    config_.folder.string(), 1e-9 * static_cast<double>(outcome.bytes), config_.limit_GB));
+    throw std::runtime_error(fmt::format(
+        "{}: {:.3g} GB are in use, limit_GB is {:g}, and no more files may be removed: raise limit_GB",
+        config_.folder.string(), 1e-9 * static_cast<double>(outcome.bytes), config_.limit_GB));
 }
 
 void RunWriter::fail(const std::string& reason) {

@@ -141,7 +141,7 @@ std::optional<std::string> reason_against(const FaultSpec& spec, const can::Axis
     return fmt::format("{}: the duration is {:g} s, expected at least 0", kind_traits.name,
                        can::seconds(spec.lasts));
   if (spec.kind == parameter_drift && spec.lasts == can::Duration::zero())
-    return "parameter_drift: the duration is 0 s, expected the duration of the drift";
+    return "parameter_drift: the duration is 0 s, expected a duration above 0 s";
   const auto missing = missing_field(spec.kind, spec.node, wire);
   if (!missing) return std::nullopt;
   return fmt::format("{}: {}", kind_traits.name, *missing);

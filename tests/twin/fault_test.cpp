@@ -381,7 +381,7 @@ TEST(FaultAtRunTime, IsRefusedWithTheReasonIfImpossible) {
   EXPECT_EQ(refusal_of(spec(Fault::late, {}, seconds(1), 1.5)),
             "late: value is 1.5, expected a whole number");
   EXPECT_EQ(refusal_of(spec(Fault::parameter_drift, {}, {})),
-            "parameter_drift: the duration is 0 s, expected the duration of the drift");
+            "parameter_drift: the duration is 0 s, expected a duration above 0 s");
   EXPECT_TRUE(run.twin.faults().active().empty());
 }
 
