@@ -43,7 +43,7 @@ class DescriptorBuffer : public std::streambuf {
       // A writer has opened the FIFO, but has written nothing yet.
       if (received < 0 && errno == EAGAIN) return;
       if (received < 0 && errno != EINTR) input.refuse();
-      if (WaitClock::now() > deadline) input.refuse("it is a pipe, and no program writes to this pipe");
+      if (WaitClock::now() > deadline) input.refuse("the path names a pipe, and no program writes to it");
       ::poll(nullptr, 0, pause_ms);
     }
   }
@@ -84,7 +84,7 @@ std::size_t size_of_regular(int descriptor, const Input& input) {
   struct stat found {};
   if (::fstat(descriptor, &found) != 0) input.refuse();
   if (S_ISDIR(found.st_mode)) input.refuse(std::generic_category().message(EISDIR));
-  if (!S_ISREG(found.st_mode)) input.refuse("it is a pipe or a device");
+  if (!S_ISREG(found.st_mode)) input.refuse("the path names a pipe or a device");
   return static_cast<std::size_t>(found.st_size);
 }
 
@@ -104,7 +104,7 @@ std::string read_regular_file(const std::filesystem::path& file, std::size_t lar
     if (received < 0 && errno != EINTR) input.refuse();
     text.resize(before + static_cast<std::size_t>(std::max<ssize_t>(received, 0)));
     if (received == 0) return text;
-    if (text.size() > largest) input.refuse(fmt::format("it has more than {} bytes", largest));
+    if (text.size() > largest) input.refuse(fmt::format("the file has more than {} bytes", largest));
   }
 }
 

@@ -30,8 +30,9 @@ std::string_view colour_of(spdlog::level::level_enum level) {
 }
 
 std::string note_of(std::size_t dropped) {
-  return fmt::format("[hystcan] [warning] {} of this log lost: the reader of the log is too slow\n",
-                     counted(dropped, "line"));
+  return fmt::format(
+      "[hystcan] [warning] {} missing in this log: the program that reads the log is too slow\n",
+      counted(dropped, "line"));
 }
 
 }  // namespace

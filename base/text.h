@@ -119,7 +119,7 @@ constexpr bool ends_lines_with_cr(std::string_view text) {
 /// Returns a message if the text is UTF-16, or if its lines end with CR alone. Otherwise returns an empty
 /// text.
 constexpr std::string_view refusal_of_encoding(std::string_view text) {
-  if (is_utf16(text)) return "found UTF-16, expected UTF-8: save it as such";
+  if (is_utf16(text)) return "found UTF-16, expected UTF-8: save the file as UTF-8";
   if (ends_lines_with_cr(text)) return "found lines that end with CR alone, expected LF or CR LF";
   return {};
 }

@@ -32,8 +32,8 @@ enum class Refusal : std::uint8_t { none, listen_only, other_bit_rate, no_fd };
 
 constexpr std::string_view to_string(Refusal refusal) {
   return std::to_array<std::string_view>(
-      {"none", "it is listen-only now", "it has another bit rate now",
-       "it does not accept CAN FD frames now"})[static_cast<std::size_t>(refusal)];
+      {"none", "the interface is listen-only now", "the interface has another bit rate now",
+       "the interface does not accept CAN FD frames now"})[static_cast<std::size_t>(refusal)];
 }
 
 /// Transmit and receive error counter of the CAN controller (ISO 11898-1).

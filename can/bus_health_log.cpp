@@ -117,8 +117,8 @@ void BusHealthLog::write(const BusReport& report) {
                       *times > 1 ? fmt::format(" ({} times since the last line)", *times) : "",
                       words_of(report.error_counters)));
   if (report.refusal != last_.refusal && report.refusal != Refusal::none)
-    sink_(Level::error, fmt::format("{}: the interface is up again at {:.3f} s, but is not used: {}",
-                                    interface_, report.time_s, to_string(report.refusal)));
+    sink_(Level::error, fmt::format("{}: up again at {:.3f} s, but not used: {}", interface_, report.time_s,
+                                    to_string(report.refusal)));
   for (std::size_t i = 0; i < trouble_limits_.size(); ++i) {
     const std::uint64_t more = report.counters.*troubles[i].count - last_.counters.*troubles[i].count;
     if (const auto events = trouble_limits_[i].add(more, report.time_s))

@@ -63,9 +63,9 @@ TEST_F(InputStream, WaitsForTheWriterOfAFifo) {
 
 TEST_F(InputStream, RefusesAFifoWithoutAWriter) {
   make_fifo();
-  EXPECT_EQ(
-      refusal_of(file),
-      file.string() + ": cannot be read: it is a pipe, and no program writes to this pipe, expected a text");
+  EXPECT_EQ(refusal_of(file),
+            file.string() +
+                ": cannot be read: the path names a pipe, and no program writes to it, expected a text");
 }
 
 TEST_F(InputStream, RefusesAFolderAndAnAbsentFile) {

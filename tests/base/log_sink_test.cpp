@@ -120,7 +120,8 @@ TEST(LogSink, DoesNotWaitForItsReaderAndReportsLostLines) {
   std::string text;
   while (lines_accounted_for(text) < logged) text += pipe.read_up_to("\n");
   EXPECT_EQ(lines_accounted_for(text), logged);
-  EXPECT_NE(text.find(" lines of this log lost: the reader of the log is too slow\n"), std::string::npos);
+  EXPECT_NE(text.find(" lines missing in this log: the program that reads the log is too slow\n"),
+            std::string::npos);
   logger->info("after");
   EXPECT_EQ(pipe.read_up_to("after\n"), "after\n");
 }

@@ -28,7 +28,7 @@ TEST_F(RegularFile, IsReadWholeUpToTheSizeLimit) {
   text[70'000] = '\0';
   std::ofstream(file, std::ios::binary) << text;
   EXPECT_EQ(read_regular_file(file, text.size()), text);
-  EXPECT_EQ(refusal_of(file, text.size() - 1), "it has more than 199999 bytes");
+  EXPECT_EQ(refusal_of(file, text.size() - 1), "the file has more than 199999 bytes");
 }
 
 TEST_F(RegularFile, NeedsOnlyTheMemoryOfItsBytes) {
@@ -41,7 +41,7 @@ TEST_F(RegularFile, IsReadWholeIfItReportsNoSize) {
   std::string line;
   std::getline(std::ifstream("/proc/version"), line);
   EXPECT_EQ(read_regular_file("/proc/version", line.size() + 1), line + '\n');
-  EXPECT_EQ(refusal_of("/proc/version", 20), "it has more than 20 bytes");
+  EXPECT_EQ(refusal_of("/proc/version", 20), "the file has more than 20 bytes");
 }
 
 TEST_F(RegularFile, MayBeEmpty) {
@@ -57,8 +57,8 @@ TEST_F(RegularFile, MayBeNamedByALink) {
 
 TEST_F(RegularFile, IsNeitherAPipeNorADeviceNorADirectory) {
   ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
-  EXPECT_EQ(refusal_of(file), "it is a pipe or a device") << "and no writer is waited for";
-  EXPECT_EQ(refusal_of("/dev/zero"), "it is a pipe or a device");
+  EXPECT_EQ(refusal_of(file), "the path names a pipe or a device") << "and no writer is waited for";
+  EXPECT_EQ(refusal_of("/dev/zero"), "the path names a pipe or a device");
   EXPECT_EQ(refusal_of(folder.folder()), "Is a directory");
   EXPECT_EQ(refusal_of(folder / "none"), "No such file or directory");
 }

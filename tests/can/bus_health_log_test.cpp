@@ -107,7 +107,7 @@ TEST_F(BusLogging, LogsWhyAnInterfaceThatIsUpAgainIsUnused) {
   EXPECT_EQ(written_at(0.5), Lines{"can0: bus down at 0.500 s"});
   bus.refused = Refusal::listen_only;
   EXPECT_EQ(written_at(0.6),
-            Lines{"can0: the interface is up again at 0.600 s, but is not used: it is listen-only now"});
+            Lines{"can0: up again at 0.600 s, but not used: the interface is listen-only now"});
   EXPECT_EQ(written_at(0.7), Lines{});
 }
 

@@ -117,7 +117,7 @@ TEST(DbcLimits, ApplyToTheSizeOfTheFile) {
   std::ofstream(file) << one_message;
   std::filesystem::resize_file(file, largest_file + 1);
   const std::string refusal = support::refusal_of([&] { load_dbc(file); });
-  EXPECT_EQ(refusal, file.string() + ": cannot be read: it has more than 16777216 bytes");
+  EXPECT_EQ(refusal, file.string() + ": cannot be read: the file has more than 16777216 bytes");
 }
 
 TEST(DbcLimits, LeaveTheRangesOfAMultiplexerSortedAndWithoutOverlaps) {

@@ -103,16 +103,17 @@ TEST_F(HostileFile, IsRefusedForADeepKeyWithItsPlace) {
 
 TEST_F(HostileFile, IsRefusedIfLargerThanAMegabyte) {
   std::ofstream(shipped / "piezo.toml") << repeated("# remark\n", 120'000);
-  EXPECT_EQ(refusal_of_load(),
-            path("piezo.toml") + ": cannot be read: it has more than 1048576 bytes, expected a TOML file");
+  EXPECT_EQ(
+      refusal_of_load(),
+      path("piezo.toml") + ": cannot be read: the file has more than 1048576 bytes, expected a TOML file");
 }
 
 TEST_F(HostileFile, IsRefusedAtOnceIfItIsAPipe) {
   make_pipe("hystcan.dbc");
-  EXPECT_EQ(refusal_of_load(), path("hystcan.dbc") + ": cannot be read: it is a pipe or a device");
+  EXPECT_EQ(refusal_of_load(), path("hystcan.dbc") + ": cannot be read: the path names a pipe or a device");
   make_pipe("piezo.toml");
   EXPECT_EQ(refusal_of_load(),
-            path("piezo.toml") + ": cannot be read: it is a pipe or a device, expected a TOML file");
+            path("piezo.toml") + ": cannot be read: the path names a pipe or a device, expected a TOML file");
 }
 
 TEST_F(HostileFile, IsRefusedAtOnceIfASetpointNamesAPipe) {
@@ -120,7 +121,7 @@ TEST_F(HostileFile, IsRefusedAtOnceIfASetpointNamesAPipe) {
                "kind = \"csv\"\nfile = \"path.csv\"\n[[axis.control.setpoint]]\nkind = \"triangle\"");
   ASSERT_EQ(mkfifo((shipped / "path.csv").c_str(), 0600), 0);
   EXPECT_EQ(refusal_of_load(),
-            path("path.csv") + ": cannot be read: it is a pipe or a device, expected a CSV file");
+            path("path.csv") + ": cannot be read: the path names a pipe or a device, expected a CSV file");
 }
 
 TEST(TomlComment, IsValidForAnyText) {
