@@ -169,7 +169,7 @@ class RowLoader {
           "{} increases by {:g} and has no unit, expected a unit in the name of the column (as in t_ms), or "
           "--rate with the rows per second",
           columns_.titles[0], step));
-    loaded_.notes.push_back(fmt::format("{} has no unit, s assumed", columns_.titles[0]));
+    loaded_.notes.push_back(fmt::format("{} has no unit: it is taken as a time in s", columns_.titles[0]));
   }
 
   /// Returns the duration of one unit of the time column, in s, if a sampling rate is given. The column is
@@ -181,8 +181,8 @@ class RowLoader {
     if (!columns_.time_unit_s && step > 1.0)
       for (const auto& [other_s, name] : {std::pair{1.0, "s"}, {1e-3, "ms"}, {1e-6, "us"}, {1e-9, "ns"}})
         if (std::abs(other_s * step * rate_Hz_ - 1.0) < same) {
-          loaded_.notes.push_back(fmt::format("{} is taken as {}, which agrees with {}", columns_.titles[0],
-                                              name, origin_of_rate_));
+          loaded_.notes.push_back(fmt::format("the unit of {} is taken as {}, in agreement with {}",
+                                              columns_.titles[0], name, origin_of_rate_));
           return other_s;
         }
     if (!columns_.time_unit_s && step == std::round(step) && step > 0.0) return 1.0 / rate_Hz_;

@@ -40,8 +40,9 @@ template <class V>
 void visit(V& v, node::AnalogueConfig& a) {
   v.takes_effect(Effect::on_nodes);
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
-  v.required("device", a.device, any,
-             {"the card: `comedi:/dev/comedi0`, `iio:ad5791`; `simulated`: the stage of `[axis.twin]`"});
+  v.required(
+      "device", a.device, any,
+      {"the card: `comedi:/dev/comedi0`, `iio:ad5791`, or `simulated` for the stage of `[axis.twin]`"});
   v.table("drive_output", a.drive_output, plain);
   v.required("volts_per_drive", a.volts_per_drive, scale_range,
              {"volts of the output for one unit of the drive; 0.1 for an amplifier of 10 V/V"});

@@ -371,8 +371,8 @@ void check_bus(const Checked& checked) {
   const std::string slow_phase = path_of(
       config, fd_messages(config).empty() ? config.bus.bitrate_bit_per_s : config.bus.data_bitrate_bit_per_s);
   checked.fail(config.controller.rate_Hz,
-               "{}, expected within the cycle, {:.0f} us: {}, raise {} or drive fewer axes ({} here)", found,
-               us(plan.cycle), cure, slow_phase, config.axes.size());
+               "{}, expected within the cycle of {:.0f} us: {}, raise {}, or drive fewer axes than now ({})",
+               found, us(plan.cycle), cure, slow_phase, config.axes.size());
 }
 
 }  // namespace hystcan::config

@@ -131,8 +131,8 @@ class FrameCheck : Checked {
   void check_standard_id(std::uint32_t id) const {
     if (message_->id == id && !message_->extended) return;
     Checked::fail(axis_.wire.name,
-                  "message {} has identifier 0x{:X} in {}, expected 0x{:X} from the node ids", message_->name,
-                  message_->id, config.bus.dbc.string(), id);
+                  "message {} has identifier 0x{:X} in {}, expected 0x{:X}, which follows from the node id",
+                  message_->name, message_->id, config.bus.dbc.string(), id);
   }
 
   template <class Member>

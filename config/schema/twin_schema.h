@@ -177,7 +177,8 @@ void visit(V& v, twin::RandomFaults& r) {
   v.optional("duration_min_s", r.shortest, positive,
              {"shortest duration; durations are uniformly distributed"});
   v.optional("duration_max_s", r.longest, positive, {"largest one"});
-  v.optional("kinds", r.kinds, any, {"names of kinds, for example `[\"late\", \"load_step\"]`", "all"});
+  v.optional("kinds", r.kinds, any,
+             {"names of kinds of faults, for example `[\"late\", \"load_step\"]`", "all"});
 }
 
 template <class V>

@@ -248,7 +248,7 @@ TEST(RecordNotes, NameUnknownUnits) {
   };
   using Notes = std::vector<std::string>;
   EXPECT_EQ(notes("t (s),U (V),x (um)"), Notes{});
-  EXPECT_EQ(notes("t,U (V),x (um)"), Notes{"t has no unit, s assumed"});
+  EXPECT_EQ(notes("t,U (V),x (um)"), Notes{"t has no unit: it is taken as a time in s"});
   EXPECT_EQ(notes("t (s),U (cV),x (um)"),
             Notes{"the unit cV of U (cV) is unknown, so its numbers are not converted"});
   EXPECT_EQ(notes("t (s),U (V),x (digits)", {.output_scale = 0.5}),
