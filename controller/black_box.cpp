@@ -133,7 +133,7 @@ void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_cloc
     if (makes_folder_) std::filesystem::create_directory(config_.folder);
     AppendFile file(path, AppendFile::Existing::refuse);
     std::string row = fmt::format(
-        "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us: since the SYNC of the "
+        "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us: time since the SYNC of the "
         "cycle\n{}",
         box.name, reason, cycle_units);
     append_cycle_header(row);

@@ -56,7 +56,7 @@ constexpr auto columns = std::to_array<CycleColumn>({
      [](const CycleRecord& r) { return r.amplifier_output; }},
     {"limits", "", "active limits of the drive", Kind::limits, 0,
      [](const CycleRecord& r) { return static_cast<double>(r.report.limits); }},
-    {"sample_missing", "", "1: the cycle had no sample", Kind::whole, 0,
+    {"sample_missing", "", "1 if the cycle had no sample, otherwise 0", Kind::whole, 0,
      [](const CycleRecord& r) { return r.report.sample_missing ? 1.0 : 0.0; }},
     {"turnaround_us", "us", "time from the received sample to the sent command", Kind::number, us_decimals,
      [](const CycleRecord& r) { return microseconds(r.phases.turnaround()); }},
@@ -78,7 +78,7 @@ constexpr auto columns = std::to_array<CycleColumn>({
      }},
     {"shape_time_s", "s", "time since the beginning of the segment's shape", Kind::number, 9,
      [](const CycleRecord& r) { return if_tracking(r, r.report.point.shape_time_s); }},
-    {"previewed_um", "um", "reference that is fed forward, at the time when the drive acts", Kind::number,
+    {"previewed_um", "um", "fed-forward reference, for the time when the drive takes effect", Kind::number,
      um_decimals, [](const CycleRecord& r) { return if_tracking(r, r.report.previewed_um); }},
     {"integral_um", "um", "integral action", Kind::number, um_decimals,
      [](const CycleRecord& r) { return if_tracking(r, r.report.integral_um); }},
@@ -88,7 +88,7 @@ constexpr auto columns = std::to_array<CycleColumn>({
                   ? none
                   : if_tracking(r, r.report.learning.correction_um);
      }},
-    {"memory_depth", "", "branches in the memory of the model", Kind::whole, 0,
+    {"memory_depth", "", "number of branches in the memory of the model", Kind::whole, 0,
      [](const CycleRecord& r) { return if_tracking(r, static_cast<double>(r.report.memory_depth)); }},
     {"period_us", "us", "time from the previous SYNC to this one", Kind::number, us_decimals,
      [](const CycleRecord& r) { return microseconds(r.phases.period); }},

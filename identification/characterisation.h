@@ -57,7 +57,8 @@ void check_limits(const Dataset& dataset);
 struct OutputFalls : std::invalid_argument {
   OutputFalls()
       : std::invalid_argument(
-            "the output falls when the input rises, expected it to rise: change the sign of the output") {}
+            "the output falls when the input rises, expected a rising output: change the sign of the "
+            "output") {}
 };
 
 /// Returns true if the input never reverses, so that the dataset has no loop. Returns false for a dataset

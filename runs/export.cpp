@@ -58,7 +58,7 @@ void write_config(const Run& run, Hdf5Writer& file) {
 /// its sub-group, and a dot is the group itself.
 void require_group_name(const Run& run, const std::string& axis) {
   if (axis.empty() || axis == "." || axis.find('/') != std::string::npos)
-    throw Error(run.path(), fmt::format("axis \"{}\" cannot be the name of a group of HDF5", axis),
+    throw Error(run.path(), fmt::format("axis \"{}\" cannot be the name of an HDF5 group", axis),
                 {.remedy = "export it as CSV"});
 }
 

@@ -29,7 +29,8 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
      "period"},
     {"node restarted", "a node booted up while in use: check its supply"},
     {"node not set up",
-     "a node refused or did not keep an object of its setup: see the log, check index and value"},
+     "a node refused a setup object or did not keep its value: see the log, and check the index and value of "
+     "the object"},
     {"amplifier fault",
      "the amplifier tripped or is still faulted: find the cause, then clear and enable the axis"},
     {"amplifier not enabled",

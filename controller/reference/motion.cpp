@@ -162,7 +162,8 @@ double Sawtooth::peak_acceleration_um_per_s2() const {
 MonotoneCubic::MonotoneCubic(std::vector<double> x, std::vector<double> y)
     : x_(std::move(x)), y_(std::move(y)), slope_(x_.size(), 0.0) {
   if (x_.size() < 2 || x_.size() != y_.size())
-    throw std::invalid_argument("the curve has too few points, expected two or more, as many y as x");
+    throw std::invalid_argument(
+        "the curve has too few points, expected at least two points with one y for each x");
   if (!finite(x_) || !finite(y_) || std::ranges::adjacent_find(x_, std::greater_equal{}) != x_.end())
     throw std::invalid_argument(
         "the curve's points are not in order, expected finite points with "

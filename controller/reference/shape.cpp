@@ -182,12 +182,12 @@ void prepare(MultiSine& s) {
   if (s.amplitudes_um.size() != s.frequencies_Hz.size())
     throw std::invalid_argument("a multi-sine has " + std::to_string(s.frequencies_Hz.size()) +
                                 " frequencies, expected " + std::to_string(s.amplitudes_um.size()) +
-                                ", one for each amplitude");
+                                ", one frequency for each amplitude");
   if (s.phases_deg.empty()) s.phases_deg = schroeder_phases_deg(s.amplitudes_um);
   if (s.phases_deg.size() != s.amplitudes_um.size())
     throw std::invalid_argument("a multi-sine has " + std::to_string(s.phases_deg.size()) +
                                 " phases, expected " + std::to_string(s.amplitudes_um.size()) +
-                                ", one for each amplitude, or none");
+                                ", one phase for each amplitude, or no phases");
 }
 
 /// Returns the alternative of Shape with this index, with default parameters.

@@ -213,10 +213,11 @@ TEST_F(Excite, RefusesAMirroredSensorAtTheFirstSmallLoop) {
                "[axis.twin]\nsensor.gain_error_percent = -200.0\nsensor.offset_um = 30.8");
   Process program(rehearsal());
   EXPECT_EQ(program.wait(), failed);
-  EXPECT_NE(program.err().find(
-                "x: 0 to 10 V: the output falls when the input rises, expected it to rise: change the sign "
-                "of the output; nothing is written"),
-            std::string::npos)
+  EXPECT_NE(
+      program.err().find(
+          "x: 0 to 10 V: the output falls when the input rises, expected a rising output: change the sign of "
+          "the output; nothing is written"),
+      std::string::npos)
       << program.err();
   EXPECT_FALSE(kept());
 }
