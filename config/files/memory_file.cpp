@@ -147,7 +147,7 @@ std::optional<model::HeldCreep::State> load_creep_memory(const std::filesystem::
   const MemoryFile raw = read(document);
   const bool has_time = document.has("memory.time_s");
   if (!document.has("memory.creep")) {
-    if (has_time) document.fail_at("memory.time_s", "time_s is present without creep, expected both");
+    if (has_time) document.fail_at("memory.time_s", "time_s is present without creep, expected both keys");
     return std::nullopt;
   }
   if (creep.lags() == 0)

@@ -77,7 +77,7 @@ void RecordText::read(std::size_t most_lines) {
 void RecordText::refuse_other_kinds() const {
   for (const Kind& kind : other_kinds)
     if (text_.starts_with(kind.begin))
-      throw Error({file_, 1, 1}, fmt::format("this is {}", kind.found), expect("text: save it as CSV"));
+      throw Error({file_, 1, 1}, fmt::format("this is {}", kind.found), expect("text: save the file as CSV"));
   if (const std::string_view other = refusal_of_encoding(text_); !other.empty())
     throw Error({file_, 1, 1}, other);
 }

@@ -21,7 +21,7 @@ namespace hystcan::config {
 /// axis.
 bool is_axis_name(std::string_view name);
 inline constexpr const char* expected_axis_name =
-    "letters (A to Z, a to z), digits, _, . and -: 1 to 64 of them, not . or .. alone";
+    "1 to 64 letters (A to Z, a to z), digits, _, . or -, but not . or .. alone";
 
 /// A configuration to check, and the document from which it was read.
 struct Checked {

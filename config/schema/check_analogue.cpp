@@ -134,7 +134,7 @@ class AnalogueCheck : Checked {
   void check_shared(const ChannelUse& use, const ChannelUse& other) const {
     const std::string theirs = path_of(config, other.member);
     if (use.purpose != other.purpose || !may_be_shared(use.purpose))
-      fail(use.member, "{} {} of subdevice {} is already in use by {}, expected another one",
+      fail(use.member, "{} {} of subdevice {} is already in use by {}, expected an unused channel or line",
            noun_of(use.purpose), use.place->channel, use.place->subdevice, theirs);
     if (*use.active != *other.active)
       fail(*use.active, "active is \"{}\", expected \"{}\" as in {}, which uses the same line",

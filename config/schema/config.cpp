@@ -211,7 +211,7 @@ class Loader {
                                               const double& value) const {
     if (is_given(axis, value)) return std::nullopt;
     const auto dynamics = model ? files_.get(*model, load_lag).dynamics : std::nullopt;
-    if (!dynamics) fail_without(value, ", or [dynamics] in its model file");
+    if (!dynamics) fail_without(value, ", or [dynamics] in the axis's model file");
     return dynamics;
   }
   [[noreturn]] void fail_without(const double& value, const std::string& more) const {

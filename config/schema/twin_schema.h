@@ -24,15 +24,15 @@ template <class V>
 void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifier) {
   if (unit == "V" || unit == any_drive_unit) {
     v.optional("current_limit_A", amplifier.current_limit_A, positive,
-               {"drive in V: current limit into `load_uF`", "unlimited"});
+               {"current limit into `load_uF` if the drive is in V", "unlimited"});
     v.optional("load_uF", amplifier.load_uF, not_negative,
-               {"drive in V: the capacitance behind the amplifier; 0: none"});
+               {"capacitance of the load if the drive is in V; 0: no capacitance"});
   }
   if (unit == "A" || unit == any_drive_unit) {
     v.optional("voltage_limit_V", amplifier.voltage_limit_V, positive,
-               {"drive in A: voltage limit across `load_mH` and `load_ohm`", "unlimited"});
+               {"voltage limit across `load_mH` and `load_ohm` if the drive is in A", "unlimited"});
     v.optional("load_mH", amplifier.load_mH, not_negative,
-               {"drive in A: the inductance of the coil; 0: none"});
+               {"inductance of the coil if the drive is in A; 0: no inductance"});
   }
   v.optional("load_ohm", amplifier.load_ohm, not_negative, {"a resistance, see below"});
 }
@@ -157,8 +157,9 @@ void visit(V& v, twin::FaultSpec& f) {
   const twin::FaultTraits& its = twin::traits(f.kind);
   v.required("axis", f.axis, any, {"name of an axis"});
   if (its.site != twin::FaultSite::plant)
-    v.optional("node", f.node, any,
-               {"node with the fault; not for kinds that affect the stage", "depends on the kind"});
+    v.optional(
+        "node", f.node, any,
+        {"node that has the fault; not for kinds of faults that affect the stage", "depends on the kind"});
   v.required("at_s", f.begins, not_negative, {"start of the fault, since the start of the twin"});
   v.required("duration_s", f.lasts, positive, {"duration of the fault"});
   if (!its.unit.empty())

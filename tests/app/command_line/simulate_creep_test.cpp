@@ -163,7 +163,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCreep{"TimeNotFinite", "creep = [1, 2, 3, 4, 5, 6]\ntime_s = inf\n",
                  "memory.toml:6:10: time_s is inf"},
         BadCreep{"TimeAlone", "time_s = 4\n",
-                 "memory.toml:5:10: time_s is present without creep, expected both"}),
+                 "memory.toml:5:10: time_s is present without creep, expected both keys"}),
     [](const auto& test) { return test.param.name; });
 
 TEST_F(SimulateCreep, InAMemoryIsRefusedByAModelWithoutCreep) {

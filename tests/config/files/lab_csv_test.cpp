@@ -342,7 +342,7 @@ TEST(LabCsvRefusal, NamesAnInputThatIsAPosition) {
 
 TEST(LabCsvRefusal, NamesTheKindOfABinaryFile) {
   EXPECT_EQ(refusal("PK\x03\x04 zip"),
-            ":1:1: this is an Excel file or another archive, expected text: save it as CSV");
+            ":1:1: this is an Excel file or another archive, expected text: save the file as CSV");
 }
 
 TEST(LabCsvRows, AreNotCheckedOutsideTheInterval) {

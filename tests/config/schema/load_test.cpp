@@ -105,12 +105,14 @@ INSTANTIATE_TEST_SUITE_P(
                  "unknown key rate"},
         BadInput{"UnknownTable", "piezo.toml", "[bus]", "[buss]\nx = 1\n[bus]", "unknown key buss"},
         BadInput{"MissingKey", "piezo.toml", "ki_per_s           = 409.0", "", "missing key ki_per_s"},
-        BadInput{"MissingResonance", "piezo.toml", "resonance_Hz           = 500.0\n", "",
-                 "missing key resonance_Hz, expected in [axis[0].control.delays], or [dynamics] in its model "
-                 "file"},
-        BadInput{"MissingBandwidthOfTheTwin", "piezo.toml",
-                 "bandwidth_Hz       = 1500.0       # assumed, small signal into 1.5 uF\n", "",
-                 "missing key bandwidth_Hz, expected in [axis[0].twin], or [dynamics] in its model file"},
+        BadInput{
+            "MissingResonance", "piezo.toml", "resonance_Hz           = 500.0\n", "",
+            "missing key resonance_Hz, expected in [axis[0].control.delays], or [dynamics] in the axis's "
+            "model file"},
+        BadInput{
+            "MissingBandwidthOfTheTwin", "piezo.toml",
+            "bandwidth_Hz       = 1500.0       # assumed, small signal into 1.5 uF\n", "",
+            "missing key bandwidth_Hz, expected in [axis[0].twin], or [dynamics] in the axis's model file"},
         BadInput{"MisspeltKey", "piezo.toml", "rate_Hz = 1000.0", "rate_hz = 1000.0", "unknown key rate_hz"},
         BadInput{"MissingTable", "piezo.toml", "[twin]\nseed         = 1\nheartbeat_ms = 100.0\n", "",
                  "missing key twin"},
