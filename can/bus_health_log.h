@@ -37,7 +37,8 @@ struct BusReport {
   std::optional<ErrorCounters> error_counters;
   BusCounters counters;
 };
-static_assert(std::is_trivially_copyable_v<BusReport>, "reports cross threads by plain copying");
+static_assert(std::is_trivially_copyable_v<BusReport>,
+              "a BusReport must be trivially copyable, because it crosses threads");
 
 BusReport report_of(const Bus& bus, double time_s);
 /// Combines the reports of several connections to one interface. Adds the numbers of frames that the

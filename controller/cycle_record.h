@@ -52,7 +52,8 @@ struct CycleRecord {
   CycleCounters counters{};  ///< counters of the controller at the time of the record
   std::optional<NodeEvent> event{};
 };
-static_assert(std::is_trivially_copyable_v<CycleRecord>, "records cross threads by plain copying");
+static_assert(std::is_trivially_copyable_v<CycleRecord>,
+              "a CycleRecord must be trivially copyable, because it crosses threads");
 
 // The columns of a cycle: one table for every CSV, HDF5 file and stream that stores cycles of an axis.
 //

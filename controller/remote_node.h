@@ -47,7 +47,8 @@ struct NodeEvent {
   ForeignFrame frame{};           ///< the foreign frame; only for the kind another_controller
   std::uint32_t times = 1;        ///< number of equal consecutive events that this event stands for
 };
-static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>, "events cross threads in a record");
+static_assert(std::is_trivially_copyable_v<std::optional<NodeEvent>>,
+              "a NodeEvent must be trivially copyable, because it crosses threads");
 
 /// True if both events report the same: kind, node, code, command, object and frame are equal.
 bool are_of_one_kind(const NodeEvent& one, const NodeEvent& other);

@@ -61,7 +61,8 @@ class ArmingBlocks {
  private:
   std::uint16_t bits_ = 0;
 };
-static_assert(arming_block_count <= 16, "an ArmingBlocks has a bit for each ArmingBlock");
+static_assert(arming_block_count <= 16,
+              "the bits of ArmingBlocks must suffice for all values of ArmingBlock");
 
 /// Returns the conditions up to `sample` that are missing: for each node only the first condition, because
 /// the later conditions depend on it. For an amplifier that is ready, returns both amplifier_output and

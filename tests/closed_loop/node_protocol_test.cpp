@@ -189,7 +189,7 @@ class BackgroundSlots : public testing::Test {
   }
   std::ptrdiff_t told_of(const std::string& node) const {
     return std::ranges::count_if(events, [&](const std::string& event) {
-      return event.starts_with(node + ": heartbeats or statuses arrive outside its slot ");
+      return event.starts_with(node + ": heartbeats or statuses of this node arrive outside its slot ");
     });
   }
   rehearsal::Setup setup = support::shipped("fd_stage.toml");

@@ -34,9 +34,10 @@ TEST_F(NodeEight, IsReportedOnceForThreeMoreFramesOutsideThanWithin) {
   come_after({65, 10, 12});
   const auto event = node.take_event();
   ASSERT_TRUE(event);
-  EXPECT_EQ(describe(*event),
-            "node 8: heartbeats or statuses arrive outside its slot 8 of 24, the last one in slot 17: set "
-            "background_slots in the node, otherwise commands may be late");
+  EXPECT_EQ(
+      describe(*event),
+      "node 8: heartbeats or statuses of this node arrive outside its slot 8 of 24, the last frame in slot "
+      "17: set background_slots in the node, otherwise commands may be late");
   EXPECT_FALSE(node.take_event());
   EXPECT_EQ(node.outside_slot(), 6U);
 }
