@@ -177,7 +177,8 @@ class Identification {
   void check_delay(const Dataset& dataset) const {
     const double lasts_s = dataset.time_s.back() - dataset.time_s.front();
     if (options_.delay_s && !(*options_.delay_s < lasts_s))
-      refuse("delay ", *options_.delay_s, " s, expected less than a dataset lasts, ", lasts_s, " s");
+      refuse("delay ", *options_.delay_s, " s, expected less than the duration of a dataset, ", lasts_s,
+             " s");
   }
 
   void set_up() {

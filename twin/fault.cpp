@@ -130,7 +130,7 @@ std::optional<std::string> reason_against(const FaultSpec& spec, const can::Axis
   const bool wrong_node = (kind_traits.site == FaultSite::sensor && spec.node != Node::sensor) ||
                           (kind_traits.site == FaultSite::amplifier && spec.node != Node::amplifier);
   if (wrong_node)
-    return fmt::format("{0} is a fault of the {1}, expected node {1}", kind_traits.name,
+    return fmt::format("{0} is a fault of the {1}, expected node = \"{1}\"", kind_traits.name,
                        kind_traits.site == FaultSite::sensor ? "sensor" : "amplifier");
   if (!kind_traits.unit.empty() && !(spec.value >= kind_traits.lowest && spec.value <= kind_traits.highest))
     return fmt::format("{}: value is {:g} {}, expected {:g} to {:g}", kind_traits.name, spec.value,

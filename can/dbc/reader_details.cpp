@@ -78,7 +78,7 @@ Reader::Names Reader::value_names() {
     if (value)
       names[*value] = unescaped(name);
     else
-      note(*raw, cited(*raw) + " is not a raw value of at most 64 bits: left out");
+      note(*raw, cited(*raw) + " is not a raw value of at most 64 bits: the value is left out");
     cursor_.take(',');
   }
   return names;

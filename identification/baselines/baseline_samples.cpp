@@ -54,7 +54,7 @@ void check(const Samples& samples) {
   for (const double weight : samples.weight)
     if (weight < 0.0) refuse("weight is ", weight, ", expected a number >= 0");
   if (std::ranges::none_of(samples.weight, [](double weight) { return weight > 0.0; }))
-    refuse("no weight is positive, expected a positive weight for at least one sample");
+    refuse("all weights are 0, expected a positive weight for at least one sample");
   const model::Interval& range = samples.range;
   if (!std::isfinite(range.lo) || !std::isfinite(range.span()) || !(range.lo < range.hi))
     refuse("range [", range.lo, ", ", range.hi, "], expected finite lo < hi");

@@ -123,7 +123,7 @@ TEST(IdentifyRefuses, DatasetsWithoutCommonInputsUnlessTheyHaveACommonZero) {
 TEST(IdentifyRefuses, ADelayAsLongAsTheDataset) {
   IdentifyOptions options;
   options.delay_s = sound().time_s.back();
-  expect_refused({sound()}, options, "expected less than a dataset lasts");
+  expect_refused({sound()}, options, "expected less than the duration of a dataset");
 }
 
 TEST(IdentifyRefuses, ASecondDatasetThatCannotBeIdentified) {

@@ -375,7 +375,7 @@ TEST(FaultAtRunTime, IsRefusedWithTheReasonIfImpossible) {
   EXPECT_EQ(refusal_of(other_axis), "there is no axis \"z\", expected an axis of this twin");
   FaultSpec wrong_node = spec(Fault::sensor_bad_status, {}, seconds(1));
   wrong_node.node = Node::amplifier;
-  EXPECT_EQ(refusal_of(wrong_node), "sensor_bad_status is a fault of the sensor, expected node sensor");
+  EXPECT_EQ(refusal_of(wrong_node), "sensor_bad_status is a fault of the sensor, expected node = \"sensor\"");
   EXPECT_EQ(refusal_of(spec(Fault::late, {}, seconds(1), 17.0)),
             "late: value is 17 cycles, expected 1 to 16");
   EXPECT_EQ(refusal_of(spec(Fault::late, {}, seconds(1), 1.5)),
