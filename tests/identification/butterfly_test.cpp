@@ -126,7 +126,7 @@ TEST(IdentifyButterfly, RefusesAOneSidedDataset) {
   const std::string refusal = support::refusal_of<std::invalid_argument>([&] {
     identify({noisy(truth, 1), one_side}, options);
   });
-  EXPECT_NE(refusal.find("dataset 2 shows one side"), std::string::npos) << refusal;
+  EXPECT_NE(refusal.find("dataset 2 shows only one side"), std::string::npos) << refusal;
 }
 
 TEST(IdentifyButterfly, FindsNoValleyInARisingOutput) {
