@@ -65,8 +65,7 @@ void add_curves(Fingerprint& sum, const HysteresisParameters& parameters);
 /// Returns the paper's average model: the mean of the two reference curves, (f_0^A + f_0^D) / 2.
 HysteresisParameters average(const HysteresisParameters& parameters);
 
-/// Returns a model without hysteresis: the straight line from the lower convergence point to the upper
-/// threshold point.
+/// Returns a model without hysteresis: a straight line with the same outputs at the two thresholds.
 HysteresisParameters straight_line(const HysteresisParameters& parameters);
 
 /// Returns a model without hysteresis: the straight line from (input.lo, output.lo) to (input.hi, output.hi).

@@ -137,7 +137,7 @@ bool is_loopback(const std::string& address) {
 std::string new_token() {
   std::array<unsigned char, token_bytes> bytes{};
   if (getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size()))
-    throw RunError(fmt::format("cannot create a token: {}", std::strerror(errno)));
+    throw RunError(fmt::format("cannot create the access token of the page: {}", std::strerror(errno)));
   std::string token;
   for (const unsigned char byte : bytes) token += fmt::format("{:02x}", byte);
   return token;

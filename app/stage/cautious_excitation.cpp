@@ -45,7 +45,8 @@ double covariance(const std::vector<double>& a, const std::vector<double>& b) {
 
 /// Returns true if the position clearly falls when the drive rises.
 bool falls(const std::vector<double>& drives, const std::vector<double>& positions_um) {
-  constexpr double clear = -0.5;  // correlation; for an even actuator it is about 0 around zero drive
+  constexpr double clear =
+      -0.5;  // correlation; about 0 if the position is an even function of the drive, around zero drive
   return covariance(drives, positions_um) <
          clear * std::sqrt(covariance(drives, drives) * covariance(positions_um, positions_um));
 }

@@ -246,7 +246,7 @@ std::string model_of(const Identified& identified) {
     part += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", what, escaped(value));
   };
   row("symmetry", p.symmetry == model::Symmetry::even ? "even: x(v) = x(-v)"
-                  : p.output_map                      ? "butterfly: an output map of the curves"
+                  : p.output_map                      ? "butterfly: an output map follows the curves"
                                                       : "none");
   row("reference curves", identified.search.shape.text());
   const auto interval = [&](model::Interval range) {

@@ -221,7 +221,7 @@ NumberSigns SignSurvey::found() const {
   const Side &decimal = sides_[is_comma], &other = sides_[!is_comma];
   if (other.thousands || other.ambiguous) found.thousands = signs[!is_comma];
   if (found.thousands != '\0')
-    found.note = fmt::format("{}: the {} separates thousands",
+    found.note = fmt::format("{}: the {} is read as the separator of thousands",
                              (other.thousands ? other.thousands : other.ambiguous)->described(),
                              is_comma ? "point" : "comma");
   else if (decimal.ambiguous && !decimal.decimal)

@@ -241,7 +241,7 @@ class FrameCheck : Checked {
     check("state_fault", map_.states.fault);
     if (map_.states.ready.empty() || map_.states.enabled.empty())
       fail(map_.states.ready.empty() ? "state_ready" : "state_enabled",
-           fmt::format("no raw value of signal {}", named->second),
+           fmt::format("no raw value of signal {} is configured", named->second),
            "a raw value for ready and a raw value for enabled; the two may be equal");
   }
 

@@ -148,8 +148,8 @@ std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rat
     if (!designs[i]) continue;
     const controller::LearningDesign& design = *designs[i];
     std::string line = fmt::format(
-        "setpoint[{}] is learnt up to {:.3g} Hz if the resonance is within {:g} %: the error falls to a "
-        "tenth within {:.0f} periods (slowest at {:.3g} Hz)",
+        "setpoint[{}]: learning reduces errors up to {:.3g} Hz if the resonance differs by at most {:g} %; "
+        "the error falls to a tenth within {:.0f} periods (slowest at {:.3g} Hz)",
         i, design.highest_Hz, design.resonance_percent, std::ceil(design.slowest_periods), design.slowest_Hz);
     if (design.periods > 1)
       line += fmt::format("; {} periods together, {} cycles", design.periods, design.plan.phases);

@@ -90,7 +90,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadFrames{"StateThatDoesNotFit", file, "state_fault   = [64, 65]", "state_fault   = [64, 256]",
                   "state_fault   =", "256 does not fit signal St"},
         BadFrames{"NoValueForReady", file, "state_ready   = [16]", "state_ready   = []", "state_ready",
-                  "no raw value of signal St"},
+                  "no raw value of signal St is configured"},
         BadFrames{"StateNotANumber", file, "state_ready   = [16]", "state_ready   = [\"on\"]", "state_ready",
                   "state_ready is of type string"},
         BadFrames{"UnitOfAnotherQuantity", "lab_amplifier.dbc", "\"nm\"", "\"mA\"",
