@@ -176,7 +176,8 @@ class AtEnd {
   bool stands_still(std::size_t begin, std::size_t end) const {
     std::vector<double> steps;
     for (std::size_t i = begin + 1; i < end; ++i) steps.push_back(step(i));
-    // The largest steps do not count: a delay holds the output while the drive jumps.
+    // The largest steps of the drive do not count: with a delay, the output stays constant for some rows
+    // after the drive has jumped, although the sensor is not saturated.
     std::ranges::sort(steps, std::greater<>());
     double travel = 0.0;
     for (std::size_t i = ignored_large_steps; i < steps.size(); ++i) travel += steps[i];

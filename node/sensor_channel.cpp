@@ -12,8 +12,8 @@ SensorChannel::SensorChannel(const can::AxisWire& wire, const SampleClock& clock
   node_.add(*this, clock);
 }
 
-// A message without a status signal cannot report that the input has failed. The function then returns false,
-// so that the node sends no sample.
+// If the input has failed and the message has no status signal to report this, the function returns false, so
+// that the node sends no sample.
 bool SensorChannel::sample(can::Time time, std::uint8_t sync_counter, can::Frame& frame) {
   const PositionInput::Reading reading = input_.read(time);
   sample_ = {.position_um = reading.position_um, .sync_counter = sync_counter, .status = reading.status};

@@ -167,7 +167,7 @@ class FirstAxis {
   void set_analogue() {
     if (!axis_.analogue) return;
     remark(axis_.analogue->drive_output.channel,
-           "assumed, like the input; `hystcan doctor` examines the card");
+           "assumed; the number of the input channel is assumed too; `hystcan doctor` examines the card");
     remark(axis_.analogue->volts_per_drive, "stated: the amplifier's gain");
     remark(axis_.analogue->position_um_per_V, "stated: the sensor");
     remark(axis_.analogue->position_zero_um, "assumed: position at 0 V");

@@ -275,7 +275,7 @@ class Findings {
       if (identified_.stopped)
         add_finding("{} = {:.5g} 1/{}", name, k, unit());
       else if (is_determined(range))
-        add_finding("{} = {:.5g} 1/{}; {:.5g} to {:.5g} fit as well (within 5 % of the error)", name, k,
+        add_finding("{} = {:.5g} 1/{}; {:.5g} to {:.5g} fit as well (error at most 5 % larger)", name, k,
                     unit(), range.lo, range.hi);
       else
         add_finding(
