@@ -19,6 +19,7 @@
 #include "app/live/live_loop.h"
 #include "app/live/machine_setup.h"
 #include "app/live/node_watch.h"
+#include "app/live/realtime.h"
 #include "app/stage/option_check.h"
 #include "base/standard_streams.h"
 #include "config/document/document.h"
@@ -196,11 +197,13 @@ class GuardBeat {
 };
 
 /// Makes this process real-time, but does not use the CPUs of [controller.realtime], which are for the
-/// control thread.
+/// control thread. Keeps the priority of the control thread if the kernel refuses a higher one.
 void become_realtime_beside(const config::Config& config) {
+  if (!config.controller.realtime) return;
   config::Config elsewhere = config;
-  if (elsewhere.controller.realtime) elsewhere.controller.realtime->cpus.clear();
+  elsewhere.controller.realtime->cpus.clear();
   become_realtime(elsewhere);
+  if (const int priority = node_priority(*config.controller.realtime); priority > 0) take_priority(priority);
 }
 
 std::vector<WatchedAmplifier> amplifiers_of(const node::AnalogueStation& station) {

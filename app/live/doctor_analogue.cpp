@@ -10,6 +10,7 @@
 
 #include "app/live/card_opener.h"
 #include "app/live/doctor.h"
+#include "app/live/realtime.h"
 #include "base/text.h"
 #include "can/socketcan/asio_scheduler.h"
 #include "controller/timing.h"
@@ -140,7 +141,7 @@ Finding examine_node(const std::filesystem::path& process) {
 Finding examine_future_node(const controller::Realtime& configured) {
   return judged("node", configured.priority > 0 && configured.lock_memory,
                 fmt::format("not running; will run with {}, memory {}",
-                            configured.priority > 0 ? fmt::format("FIFO {}", configured.priority)
+                            configured.priority > 0 ? fmt::format("FIFO {}", node_priority(configured))
                                                     : "no real-time priority",
                             configured.lock_memory ? "locked" : "not locked"),
                 "set priority and lock_memory in [controller.realtime]");

@@ -7,6 +7,7 @@
 #include <sys/mman.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstddef>
@@ -58,6 +59,11 @@ bool has_capability(int number) {
       return (std::strtoull(line.c_str() + key.size(), nullptr, 16) >> static_cast<unsigned>(number) & 1U) !=
              0;
   return false;
+}
+
+int node_priority(const controller::Realtime& of_controller) {
+  if (of_controller.priority == 0) return 0;
+  return std::min(of_controller.priority + 1, sched_get_priority_max(SCHED_FIFO));
 }
 
 void share_heap() { mallopt(M_ARENA_MAX, 1); }

@@ -14,6 +14,10 @@ namespace hystcan::app {
 /// that the kernel refuses: setting, reason and remedy. A refusal does not end a run.
 std::vector<std::string> apply(const controller::Realtime& realtime);
 
+/// Returns the priority of `hystcan node`: one above the control thread, so that on a shared processor the
+/// samples do not wait for what the controller does after SYNC. 0: not requested.
+int node_priority(const controller::Realtime& of_controller);
+
 /// Makes all threads allocate from one heap, so that memory freed by one thread is available to the next.
 /// Call it before other threads start. The control thread does not allocate while the interface is up, and so
 /// does not wait for another thread.

@@ -108,7 +108,7 @@ TEST_F(AnalogueAxis, HasAFutureNodeOfTheConfiguredClass) {
   EXPECT_EQ(of("node").verdict, Verdict::doubtful);
   settings.push_back({"controller.realtime.priority", "45"});
   settings.push_back({"controller.realtime.lock_memory", "true"});
-  EXPECT_EQ(of("node").figure, "not running; will run with FIFO 45, memory locked");
+  EXPECT_EQ(of("node").figure, "not running; will run with FIFO 46, memory locked");
 }
 
 TEST_F(AnalogueAxis, IsNotOpenedWhileANodeRuns) {
