@@ -31,9 +31,14 @@ using hil::Process;
 
 constexpr const char* device = "comedi:/dev/comedi0";
 
+/// The priority that the node takes: one above that of the controller.
+constexpr int node_priority = hil::priority + 1;
+
 /// The shipped stage, with axis x on channel 0 and axis y on channel 1.
 struct CardFiles {
   CardFiles() {
+    files.edit("piezo.toml", "[controller]\n",
+               "[controller]\nrealtime.priority = " + std::to_string(hil::priority) + "\n");
     for (const std::string axis : {"0", "1"}) {
       files.edit("piezo.toml", "structure          = \"inverse+pi\"", "structure          = \"average+pi\"");
       files.edit("piezo.toml", "wipe_slew_V_per_s  = 500.0", "wipe_slew_V_per_s  = 2_000.0");
@@ -89,7 +94,7 @@ class IcountAnalogueNode : public testing::Test {
       return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count();
     };
     // higher priority, so that it samples the outputs while other processes log
-    set_priority(SCHED_FIFO, hil::priority + 1);
+    set_priority(SCHED_FIFO, node_priority + 1);
     cause();
     while (largest_V() > 0.001 && now_ms() < 10'000.0)
       std::this_thread::sleep_for(std::chrono::microseconds(100));
