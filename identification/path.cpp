@@ -25,7 +25,7 @@ class InputLaw {
   static model::Branch reversed(const model::HysteresisState& state) { return from(state.input); }
   static double value(const model::Branch&, model::Direction, double v) { return v; }
   static model::Jet jet(const model::Branch&, model::Direction, double v) { return {v, 1.0, 0.0}; }
-  static double halley_tolerance() { return 0.0; }
+  static double third_derivative_bound(const model::Branch&, model::Direction) { return 0.0; }
 
  private:
   static model::Branch from(double v) { return {v, v, 0.0, 0.0, true}; }

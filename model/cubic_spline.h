@@ -8,7 +8,9 @@
 // its tangents.
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -55,8 +57,15 @@ class CubicSpline {
     const Piece& p = piece(v);
     return 2.0 * p.a2 + 6.0 * p.a3 * (v - p.start);
   }
+  /// Returns the largest |d3f/dv3| between the first and the last knot.
+  double third_derivative_bound() const {
+    double largest = 0.0;
+    for (const Piece& piece : pieces_) largest = std::max(largest, 6.0 * std::abs(piece.a3));
+    return largest;
+  }
+  /// At the last knot, the curvature is that of the last piece.
   Jet jet(double v) const {
-    const Piece& p = piece(v);
+    const Piece& p = v == knots_.back() ? pieces_[pieces_.size() - 2] : piece(v);
     const double d = v - p.start;
     return {(p.a0 + p.a1 * d) + d * d * (p.a2 + p.a3 * d), p.a1 + d * (2.0 * p.a2 + 3.0 * p.a3 * d),
             2.0 * p.a2 + 6.0 * p.a3 * d};

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "model/fingerprint.h"
@@ -26,11 +27,7 @@ ExponentialConvergence::ExponentialConvergence(HysteresisParameters parameters)
   descending_ = convergence(Direction::descending);
   const Interval& range = input_range();
   const double reach = parameters_.upper_point().level - parameters_.lower_point().level;
-  const double steepest_k = std::max(std::abs(parameters_.k_ascending), std::abs(parameters_.k_descending));
   slope_tolerance_ = 1e-9 * reach / range.span();
-  if (!parameters_.input_map)  // an input map has bends of its own, so the steps continue to rounding
-    halley_tolerance_ =
-        range.span() * std::cbrt(1e-16) / std::pow(100.0 + steepest_k * range.span(), 2.0 / 3.0);
 }
 
 inline double ExponentialConvergence::between(double a, double b) const {
@@ -50,7 +47,14 @@ ExponentialConvergence::Convergence ExponentialConvergence::convergence(Directio
   const double k = parameters_.k(direction);
   Convergence pace;
   const double k_span = std::abs(k) * between(input_range().lo, input_range().hi);
-  if (k_span > 1e-17) pace = {k, 1.0 / k, true, k_span > 1.0, {}};
+  if (k_span > 1e-17) {
+    pace.k = k;
+    pace.reciprocal = 1.0 / k;
+    pace.steep = k_span > 1.0;
+    pace.fading_third = k * k * (k < 0.0 ? std::exp(k_span) : 1.0);
+  }
+  pace.curve_third = parameters_.input_map ? std::numeric_limits<double>::infinity()
+                                           : parameters_.curve(direction).third_derivative_bound();
   const auto bend = [&](double v) {
     const Jet curve = parameters_.curve(direction).jet(v);
     if (!parameters_.input_map) return sign(direction) * curve.curvature + k * curve.slope;
@@ -196,17 +200,23 @@ Prediction Hysteresis::forward(const State& state, double input) const {
   return step;
 }
 
-Prediction Hysteresis::inverse(const State& state, double output) const {
+FoundInput Hysteresis::inverse(const State& state, double output) const {
   const std::optional<OutputMap>& map = parameters().output_map;
   if (!map || !std::isfinite(output)) return Levels::inverse(state, output);
   const Prediction wanted = map->inverse(output);
-  Prediction found = Levels::inverse(state, wanted.value);
+  FoundInput found = Levels::inverse(state, wanted.value);
   found.saturated |= wanted.saturated;
   return found;
 }
 
 Prediction Hysteresis::advance(State& state, double input) const {
   Prediction step = Levels::advance(state, input);
+  step.value = state.output = parameters().output(state.level);
+  return step;
+}
+
+Prediction Hysteresis::advance(State& state, const FoundInput& found) const {
+  Prediction step = Levels::advance(state, found);
   step.value = state.output = parameters().output(state.level);
   return step;
 }

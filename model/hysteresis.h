@@ -37,6 +37,7 @@
 // branch. This cannot happen after the first visit to a threshold.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string_view>
 #include <vector>
@@ -64,7 +65,10 @@ class ExponentialConvergence {
   Branch reversed(const HysteresisState& state) const;
   double value(const Branch& branch, Direction direction, double input) const;
   Jet jet(const Branch& branch, Direction direction, double input) const;
-  double halley_tolerance() const { return halley_tolerance_; }
+  double third_derivative_bound(const Branch& branch, Direction direction) const {
+    const Convergence& convergence = direction == Direction::ascending ? ascending_ : descending_;
+    return convergence.curve_third + std::abs(branch.coefficient) * convergence.fading_third;
+  }
 
  private:
   /// The functions phi(d) and e^{-k d} for the k of one direction (formulas at the top of this file).
@@ -73,6 +77,8 @@ class ExponentialConvergence {
     double reciprocal = 0.0;       // 1 / k
     bool lowest_at_start = true;   // a branch is flattest at its start
     bool steep = false;            // |k| times the input range > 1: 1 - e^{-k d} is accurate enough
+    double curve_third = 0.0;      // upper bound of |f_0'''|; infinity with an input map
+    double fading_third = 0.0;     // upper bound of |phi'''(d)|
     std::vector<double> flattest;  // inputs where sigma (f_0' / h')' + k f_0' turns from negative to positive
     double phi(double d) const;    // accurate to 1e-16 / k if steep, else to rounding
     double precise_phi(double d) const;  // accurate to rounding: tiny loops divide by it
@@ -89,7 +95,6 @@ class ExponentialConvergence {
   HysteresisParameters parameters_;
   Convergence ascending_, descending_;
   double slope_tolerance_ = 0.0;  // 1e-9 of the mean slope
-  double halley_tolerance_ = 0.0;
 };
 
 extern template class MemoryModel<ExponentialConvergence>;
@@ -140,8 +145,9 @@ class Hysteresis : private MemoryModel<ExponentialConvergence> {
     return shown(Levels::remembering(points, capacity));
   }
   Prediction forward(const State& state, double input) const;
-  Prediction inverse(const State& state, double output) const;
+  FoundInput inverse(const State& state, double output) const;
   Prediction advance(State& state, double input) const;
+  Prediction advance(State& state, const FoundInput& found) const;
 
  private:
   explicit Hysteresis(ExponentialConvergence law) : MemoryModel(std::move(law)) {}

@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "model/reference_curve.h"
+#include "model/root.h"
 
 namespace hystcan::model {
 
@@ -23,25 +24,33 @@ bool is_even(const Model& model) {
     return false;
 }
 
-/// Result of a model call. A limited value is not an error: the result contains the value and the reason.
+/// Result of forward() and advance(). A limited value is not an error: the result contains the value and the
+/// reason.
 struct Prediction {
-  double value = 0.0;      ///< output of forward() and advance(), input of inverse()
+  double value = 0.0;      ///< output; in a FoundInput, the input
   bool saturated = false;  ///< the request was out of reach; the nearest reachable value was used
   bool increasing = true;  ///< false: the branch in use does not increase; its inverse is not reliable
   bool finite = true;      ///< false: the request was not a finite number; the memory was not changed
 };
 
+/// Result of inverse(): `value` is an input. With it, advance() needs no evaluation of the branch.
+struct FoundInput : Prediction {
+  Expansion near{};     ///< the branch where it was last evaluated; the slope is 0 if it was not
+  bool is_met = false;  ///< `near` gives the level of the input to rounding
+};
+
 template <class M>
 concept HysteresisOperator = requires(const M& model, const typename M::State& state,
                                       typename M::State& moved, double number, std::span<char> text) {
-  { model.kind() } -> std::convertible_to<std::string_view>;      // the name in a model file
-  { model.fingerprint() } -> std::same_as<std::uint64_t>;         // identifies all parameters
-  { model.input_range() } -> std::convertible_to<Interval>;       // thresholds, input units
-  { model.virgin(number) } -> std::same_as<typename M::State>;    // empty memory at this input
-  { model.reachable(state) } -> std::same_as<Interval>;           // outputs that this state can reach
-  { model.forward(state, number) } -> std::same_as<Prediction>;   // the output that this input would give
-  { model.inverse(state, number) } -> std::same_as<Prediction>;   // the input that would give this output
-  { model.advance(moved, number) } -> std::same_as<Prediction>;   // applies this input
+  { model.kind() } -> std::convertible_to<std::string_view>;          // the name in a model file
+  { model.fingerprint() } -> std::same_as<std::uint64_t>;             // identifies all parameters
+  { model.input_range() } -> std::convertible_to<Interval>;           // thresholds, input units
+  { model.virgin(number) } -> std::same_as<typename M::State>;        // empty memory at this input
+  { model.reachable(state) } -> std::same_as<Interval>;               // outputs that this state can reach
+  { model.forward(state, number) } -> std::same_as<Prediction>;       // the output that this input would give
+  { model.inverse(state, number) } -> std::derived_from<Prediction>;  // the input that would give this output
+  { model.advance(moved, number) } -> std::same_as<Prediction>;       // applies this input
+  { model.advance(moved, model.inverse(state, number)) } -> std::same_as<Prediction>;
   { model.save(state, text) } -> std::same_as<std::string_view>;  // memory as TOML; empty: text too small
   { moved.input } -> std::same_as<double&>;
   { moved.output } -> std::same_as<double&>;

@@ -11,6 +11,8 @@ namespace hystcan::model {
 AffineMap::AffineMap(HysteresisParameters parameters) : parameters_(std::move(parameters)) {
   parameters_.k_ascending = parameters_.k_descending = 0.0;
   check_curves(parameters_);
+  ascending_third_ = parameters_.ascending.third_derivative_bound();
+  descending_third_ = parameters_.descending.third_derivative_bound();
 }
 
 std::uint64_t AffineMap::fingerprint() const {
@@ -54,8 +56,6 @@ Jet AffineMap::jet(const Branch& branch, Direction direction, double input) cons
   return {branch.offset + branch.coefficient * reference.value, branch.coefficient * reference.slope,
           branch.coefficient * reference.curvature};
 }
-
-double AffineMap::halley_tolerance() const { return 1e-7 * input_range().span(); }
 
 template class MemoryModel<AffineMap>;
 

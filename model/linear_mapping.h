@@ -8,6 +8,7 @@
 // The recursive model avoids this.  The linear mapping model is a baseline for comparison.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string_view>
 
@@ -35,12 +36,16 @@ class AffineMap {
   Branch reversed(const HysteresisState& state) const;
   double value(const Branch& branch, Direction direction, double input) const;
   Jet jet(const Branch& branch, Direction direction, double input) const;
-  double halley_tolerance() const;
+  double third_derivative_bound(const Branch& branch, Direction direction) const {
+    return std::abs(branch.coefficient) *
+           (direction == Direction::ascending ? ascending_third_ : descending_third_);
+  }
 
  private:
   Branch joined(Point start, Point target, Direction direction) const;
 
   HysteresisParameters parameters_;
+  double ascending_third_ = 0.0, descending_third_ = 0.0;  // upper bounds of |f_0'''|
 };
 
 using LinearMapping = MemoryModel<AffineMap>;

@@ -17,6 +17,8 @@
 #include <string_view>
 #include <vector>
 
+#include "model/root.h"
+
 namespace hystcan::model {
 
 enum class Symmetry { none, even };  ///< even: x(v) = x(-v), the butterfly of magnetostriction
@@ -86,8 +88,7 @@ struct HysteresisState {
   double level = 0.0;   ///< level of the present point on its branch
   double output = 0.0;  ///< equals `level`, or its map in a butterfly
   std::size_t merged = 0;
-  /// The points before the present one, latest first: the inverse starts from them.
-  std::array<Point, 2> passed{};
+  Expansion near{};  ///< branch where the inverse last evaluated it: the next search starts there
 
   std::size_t depth() const { return branches.size(); }
   Direction direction() const { return direction(depth() - 1); }

@@ -39,8 +39,8 @@ concept BranchLaw = requires(const L& law, const Branch& branch, const Hysteresi
   { law.reversed(state) } -> std::same_as<Branch>;              // the branch that starts at the present point
   { law.value(branch, direction, v) } -> std::same_as<double>;
   { law.jet(branch, direction, v) } -> std::same_as<Jet>;
-  // A Halley step shorter than this value leaves only a rounding error; 0 if the slope has kinks.
-  { law.halley_tolerance() } -> std::same_as<double>;
+  // Upper bound of |d3f/dv3| on the branch; infinity if the slope has kinks.
+  { law.third_derivative_bound(branch, direction) } -> std::same_as<double>;
 };
 
 /// Thrown if a memory cannot be restored. what() contains the reason with actual and expected values; `index`
@@ -92,9 +92,11 @@ class MemoryModel {
   /// Returns the input (>= 0 if symmetry is even) that would give `output`:
   ///   forward(state, inverse(state, x).value).value = x
   /// If `output` is out of reach, returns the input of the nearest reachable output.
-  Prediction inverse(const State& state, double output) const;
+  FoundInput inverse(const State& state, double output) const;
   /// Applies `input`: remembers turning points and wipes out closed loops.
   Prediction advance(State& state, double input) const;
+  /// Applies the result of inverse() for this state, with the level that inverse() has computed.
+  Prediction advance(State& state, const FoundInput& found) const;
 
   /// Returns the memory as a TOML table (model/memory_text.h); empty if the buffer is too small. A buffer of
   /// saved_size(capacity) is always large enough.
@@ -121,14 +123,13 @@ class MemoryModel {
   Prediction on_branch(const State& state, double input) const;
   Prediction advance_past(State& state, double input) const;
   double follow(const Segment& segment, double input) const;
-  static double extrapolated(const State& state, double level);
-  bool is_rounding(double levels) const { return std::abs(levels) <= 4.0 * tolerance_.value; }
-  double solve(const Branch& branch, Direction direction, double begin, const Branch& end, double guess,
-               double level) const;
+  bool is_rounding(double levels) const { return std::abs(levels) <= 4.0 * rounding_; }
+  FoundInput solve(const State& state, const Branch& branch, Direction direction, double begin,
+                   const Branch& end, double level) const;
 
   Law law_;
-  Branch lower_, upper_;     // the branches that start at L_0 and at U_0
-  RootTolerance tolerance_;  // tolerance of the inverse
+  Branch lower_, upper_;  // the branches that start at L_0 and at U_0
+  double rounding_;       // tolerance of the inverse, as a level
 };
 
 }  // namespace hystcan::model

@@ -29,11 +29,8 @@ template <BranchLaw Law>
 MemoryModel<Law>::MemoryModel(Law law)
     : law_(std::move(law)),
       lower_(law_.threshold_branch(Direction::ascending)),
-      upper_(law_.threshold_branch(Direction::descending)) {
-  tolerance_ = {.value = 2e-16 * std::max(std::abs(upper_.start_level), std::abs(lower_.start_level)),
-                .step = law_.halley_tolerance(),
-                .slope = 0.1 * (upper_.start_level - lower_.start_level) / input_range().span()};
-}
+      upper_(law_.threshold_branch(Direction::descending)),
+      rounding_(2e-16 * std::max(std::abs(upper_.start_level), std::abs(lower_.start_level))) {}
 
 template <BranchLaw Law>
 Interval MemoryModel<Law>::reachable(const State& state) const {
@@ -83,8 +80,6 @@ HysteresisState MemoryModel<Law>::from(Origin origin, std::size_t capacity) cons
 
 template <BranchLaw Law>
 void MemoryModel<Law>::put(State& state, double input, double level) {
-  state.passed[1] = state.passed[0];
-  state.passed[0] = {state.input, state.level};
   state.input = input;
   state.level = state.output = level;
 }
@@ -243,50 +238,56 @@ double MemoryModel<Law>::follow(const Segment& segment, double input) const {
 }
 
 template <BranchLaw Law>
-Prediction MemoryModel<Law>::inverse(const State& state, double output) const {
-  const bool increasing = state.branches.back().increasing;
-  if (is_rounding(output - state.level)) return {state.input, false, increasing, true};
-  if (stays_on_branch<&Branch::start_level>(state, state.level, output)) {
-    const Branch& end = target(state, state.depth() - 1);
-    const double guess = extrapolated(state, output);
-    return {solve(state.branches.back(), state.direction(), state.input, end, guess, output), false,
-            increasing, true};
-  }
-  if (!std::isfinite(output)) return {std::numeric_limits<double>::quiet_NaN(), false, true, false};
-  if (output > state.level && output >= upper_.start_level)
-    return {upper_.start_input, output > upper_.start_level, upper_.increasing, true};
-  if (output < state.level && state.level < lower_.start_level)  // on the virgin curve no output is lower
-    return {state.input, true, increasing, true};
-  if (output < state.level && output <= lower_.start_level)
-    return {lower_.start_input, output < lower_.start_level, lower_.increasing, true};
-  const Segment segment = locate<&Branch::start_level>(state, state.level, output);
-  const bool at_turning_point = segment.passed && is_rounding(output - segment.passed->start_level);
-  const double input = at_turning_point ? segment.passed->start_input
-                                        : solve(segment.branch, segment.direction, segment.begin,
-                                                *segment.end, segment.begin, output);
-  return {input, false, segment.branch.increasing, true};
+inline Prediction MemoryModel<Law>::advance(State& state, const FoundInput& found) const {
+  if (found.near.slope > 0.0) state.near = found.near;
+  if (!found.is_met || !stays_on_branch<&Branch::start_input>(state, state.input, found.value))
+    return advance(state, found.value);
+  put(state, found.value, found.near(found.value));
+  return {state.level, false, found.increasing, true};
 }
 
-// Returns the input at which a parabola v(x) through the present point and the two before it has this level.
-// After a turn the guess is poor and costs one more evaluation, but a path seldom turns.
 template <BranchLaw Law>
-double MemoryModel<Law>::extrapolated(const State& state, double level) {
-  const auto& [before, first] = state.passed;
-  const double step = state.input - before.input, rise = state.level - before.level;
-  const double earlier_step = before.input - first.input, earlier_rise = before.level - first.level;
-  const double bend =
-      (step * earlier_rise - earlier_step * rise) / (rise * earlier_rise * (rise + earlier_rise));
-  return state.input + (level - state.level) * (step / rise + bend * (level - before.level));
+FoundInput MemoryModel<Law>::inverse(const State& state, double output) const {
+  const bool increasing = state.branches.back().increasing;
+  if (is_rounding(output - state.level)) return {{state.input, false, increasing, true}};
+  if (stays_on_branch<&Branch::start_level>(state, state.level, output))
+    return solve(state, state.branches.back(), state.direction(), state.input,
+                 target(state, state.depth() - 1), output);
+  if (!std::isfinite(output)) return {{std::numeric_limits<double>::quiet_NaN(), false, true, false}};
+  if (output > state.level && output >= upper_.start_level)
+    return {{upper_.start_input, output > upper_.start_level, upper_.increasing, true}};
+  if (output < state.level && state.level < lower_.start_level)  // on the virgin curve no output is lower
+    return {{state.input, true, increasing, true}};
+  if (output < state.level && output <= lower_.start_level)
+    return {{lower_.start_input, output < lower_.start_level, lower_.increasing, true}};
+  const Segment segment = locate<&Branch::start_level>(state, state.level, output);
+  if (segment.passed && is_rounding(output - segment.passed->start_level))
+    return {{segment.passed->start_input, false, segment.branch.increasing, true}};
+  return solve(state, segment.branch, segment.direction, segment.begin, *segment.end, output);
 }
 
 // Returns the input between `begin` and the start of `end`. Returns the start of `end` if the levels differ
 // only by rounding, so that rounding alone makes no turning point.
+//
+// The evaluation of the step before gives a guess. One evaluation at the guess is sufficient for most steps.
+// After a turn the guess comes from another branch and costs one more evaluation, but a path seldom turns.
 template <BranchLaw Law>
-double MemoryModel<Law>::solve(const Branch& branch, Direction direction, double begin, const Branch& end,
-                               double guess, double level) const {
-  if (is_rounding(level - end.start_level)) return end.start_input;
-  return root_of_increasing([&](double v) { return law_.jet(branch, direction, v); },
-                            {begin, end.start_input, guess}, level, tolerance_);
+inline FoundInput MemoryModel<Law>::solve(const State& state, const Branch& branch, Direction direction,
+                                          double begin, const Branch& end, double level) const {
+  if (is_rounding(level - end.start_level)) return {{end.start_input, false, branch.increasing, true}};
+  const RootTolerance tolerance{rounding_, law_.third_derivative_bound(branch, direction)};
+  double guess = state.near.at + step_to(level, state.near).length;
+  const double lo = std::min(begin, end.start_input), hi = std::max(begin, end.start_input);
+  if (lo < guess && guess < hi) {
+    const Expansion here{guess, law_.jet(branch, direction, guess)};
+    const RootStep step = step_to(level, here);
+    guess += step.length;
+    if (lo < guess && guess < hi && is_last(step, here, tolerance))
+      return {{guess, false, branch.increasing, true}, here, true};
+  }
+  const Root root = root_of_increasing([&](double v) { return law_.jet(branch, direction, v); },
+                                       {begin, end.start_input, guess}, level, tolerance);
+  return {{root.input, false, branch.increasing, true}, root.near, root.is_met};
 }
 
 template <BranchLaw Law>

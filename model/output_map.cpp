@@ -52,7 +52,8 @@ Prediction OutputMap::inverse(double output) const {
   if (output >= most) return {hi, output > most};
   const double start = lo + (hi - lo) * std::sqrt((output - least) / (most - least));
   return {root_of_increasing([this](double m) { return series_.jet(m); }, {lo, hi, start}, output,
-                             {.value = 2e-16 * std::max(std::abs(least), std::abs(most))})};
+                             {.value = 2e-16 * std::max(std::abs(least), std::abs(most))})
+              .input};
 }
 
 }  // namespace hystcan::model

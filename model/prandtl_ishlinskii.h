@@ -96,6 +96,7 @@ class PrandtlIshlinskii {
   Prediction inverse(const State& state, double output) const;
   /// Applies `input`.
   Prediction advance(State& state, double input) const;
+  Prediction advance(State& state, const Prediction& found) const { return advance(state, found.value); }
 
   /// Writes a [memory] table of kind "prandtl-ishlinskii": input, output, plays. Empty if `text` is too
   /// small.

@@ -17,6 +17,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -53,7 +54,9 @@ class EverettLaw {
   Branch reversed(const HysteresisState& state) const;
   double value(const Branch& branch, Direction direction, double input) const;
   Jet jet(const Branch& branch, Direction direction, double input) const;
-  double halley_tolerance() const { return 0.0; }  // the slope has kinks where cells meet
+  static double third_derivative_bound(const Branch&, Direction) {
+    return std::numeric_limits<double>::infinity();  // the slope has kinks where cells meet
+  }
 
  private:
   struct Cell {

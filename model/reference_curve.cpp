@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/text.h"
@@ -135,6 +136,17 @@ ReferenceCurve::ReferenceCurve(CubicSpline spline, Interval domain)
     refuse("spline knots from ", spline.knots().front(), " to ", spline.knots().back(),
            ", expected knots in [", domain.lo, ", ", domain.hi, "]");
   spline_ = std::move(spline);
+}
+
+double ReferenceCurve::third_derivative_bound() const {
+  if (spline_) {
+    const bool bends = spline_->knots().front() > domain_.lo || spline_->knots().back() < domain_.hi;
+    return bends ? std::numeric_limits<double>::infinity() : spline_->third_derivative_bound();
+  }
+  const ChebyshevSeries third = curvature_.derivative(ds_dv_);
+  double sum = 0.0;  // |T_j| <= 1
+  for (const double c : third.coefficients()) sum += std::abs(c);
+  return sum;
 }
 
 const std::vector<double>& ReferenceCurve::knots() const {

@@ -3,18 +3,61 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "model/cubic_spline.h"
 
 namespace hystcan::model {
 
+/// A function near one input:
+///
+///   f(v) = value + slope d + curvature d^2 / 2,    d = v - at
+struct Expansion {
+  double at = 0.0;
+  double value = 0.0;
+  double slope = 0.0;
+  double curvature = 0.0;
+
+  Expansion() = default;
+  Expansion(double v, const Jet& jet) : at(v), value(jet.value), slope(jet.slope), curvature(jet.curvature) {}
+  double operator()(double v) const {
+    const double d = v - at;
+    return value + d * (slope + 0.5 * d * curvature);
+  }
+};
+
+struct RootStep {
+  double length = 0.0;     ///< d, signed
+  bool is_halley = false;  ///< false: Newton's step
+};
+
+/// Returns the step d from the input of the expansion towards f = `value`, with r = f - value:
+///
+///   d = -2 r f' / (2 f'^2 - r f'')    Halley's step, if the curvature is small
+///   d = -r / f'                       else Newton's step
+inline RootStep step_to(double value, const Expansion& from) {
+  const double r = from.value - value;
+  const double square = from.slope * from.slope, bent = 2.0 * square - r * from.curvature;
+  const bool mild = bent > square && bent < 4.0 * square;
+  return {-r * (mild ? 2.0 * from.slope : 1.0) / (mild ? bent : from.slope), mild};
+}
+
 /// Stop criteria: the root is exact to rounding if one of them is met.
 struct RootTolerance {
   double value = 0.0;  ///< the search ends if |f(v) - value| is at most this
-  /// A shorter step of Halley's method ends the search if the local slope is above `slope`.
-  double step = 0.0;
-  double slope = 0.0;
+  /// Upper bound of |f'''|. The search also ends after a Halley step whose error is at most `value`.
+  double third = std::numeric_limits<double>::infinity();
 };
+
+/// Returns true if a Halley step d leaves an error within the tolerance:
+///
+///   |f(v + d) - value| <= |d|^3 [f''^2 / (2 f') + max |f'''| / 6]
+inline bool is_last(const RootStep& step, const Expansion& from, const RootTolerance& tolerance) {
+  const double cube = std::abs(step.length * step.length * step.length);
+  return step.is_halley && from.slope > 0.0 &&
+         cube * (0.5 * from.curvature * from.curvature + from.slope * tolerance.third / 6.0) <=
+             tolerance.value * from.slope;
+}
 
 /// The interval in which a root is searched, from `begin` to `end`. The search starts at `guess` if this is
 /// inside the interval, else at `begin`.
@@ -24,29 +67,36 @@ struct Bracket {
   double guess = begin;
 };
 
+struct Root {
+  double input = 0.0;
+  /// The function where it was last evaluated.
+  Expansion near{};
+  bool is_met = false;  ///< `near` gives f(input), which equals the value: both to the tolerance
+};
+
 /// Returns the v between `begin` and `end` with f(v) = `value`, by Halley's method inside a bracket that
 /// every step narrows. Where f hardly rises or bends strongly, Newton's step or halving the bracket replaces
 /// Halley's step.
 ///
 /// `jet_at(v)` returns f, f' and f'' (Jet). f increases, and f(end) is beyond `value` as seen from f(begin).
 template <class JetAt>
-double root_of_increasing(const JetAt& jet_at, const Bracket& inputs, double value,
-                          const RootTolerance& tolerance) {
+Root root_of_increasing(const JetAt& jet_at, const Bracket& inputs, double value,
+                        const RootTolerance& tolerance) {
   double lo = std::min(inputs.begin, inputs.end), hi = std::max(inputs.begin, inputs.end);
   double v = lo < inputs.guess && inputs.guess < hi ? inputs.guess : inputs.begin;
   double previous_step = hi - lo;
+  Expansion here;
   for (int i = 0; i < 100; ++i) {
-    const Jet here = jet_at(v);
+    here = {v, jet_at(v)};
     const double residual = here.value - value;
-    if (!(hi - lo > 0.0 && std::abs(residual) > tolerance.value)) break;
+    if (!(hi - lo > 0.0 && std::abs(residual) > tolerance.value))
+      return {v, here, std::abs(residual) <= tolerance.value};
     (residual < 0.0 ? lo : hi) = v;
-    // Halley's v - 2 r f' / (2 f'^2 - r f'') if the curvature is small, else Newton's v - r / f'.
-    const double square = here.slope * here.slope, bent = 2.0 * square - residual * here.curvature;
-    const bool mild = bent > square && bent < 4.0 * square;
-    const double step = residual * (mild ? 2.0 * here.slope : 1.0) / (mild ? bent : here.slope);
-    double next = v - step;
-    if (std::abs(step) < tolerance.step && here.slope > tolerance.slope) return std::clamp(next, lo, hi);
-    const bool wild = !(here.slope > 0.0) || (i > 2 && std::abs(step) > 0.5 * previous_step);
+    const RootStep step = step_to(value, here);
+    if (is_last(step, here, tolerance)) return {std::clamp(v + step.length, lo, hi), here, true};
+    const double length = std::abs(step.length);
+    double next = v + step.length;
+    const bool wild = !(here.slope > 0.0) || (i > 2 && length > 0.5 * previous_step);
     if (wild || !(next > lo && next < hi)) {
       const bool try_end = !wild && i < 2;
       next = try_end ? (next <= lo ? lo : hi) : lo + (hi - lo) / 2.0;
@@ -56,7 +106,7 @@ double root_of_increasing(const JetAt& jet_at, const Bracket& inputs, double val
     previous_step = std::abs(next - v);
     v = next;
   }
-  return v;
+  return {v, here, false};
 }
 
 }  // namespace hystcan::model

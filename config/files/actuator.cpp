@@ -105,8 +105,8 @@ Pass ActuatorMemory::inverse(std::span<const double> outputs, std::span<const do
     Pass pass{.inputs = std::vector<double>(outputs.size()), .outputs = std::vector<double>(outputs.size())};
     for (std::size_t i = 0; i < outputs.size(); ++i) {
       if (creep_) creep_->hold_until(time_s[i]);
-      const model::Prediction drive = model.inverse(state, creep_ ? creep_->inverse(outputs[i]) : outputs[i]);
-      model.advance(state, drive.value);
+      const auto drive = model.inverse(state, creep_ ? creep_->inverse(outputs[i]) : outputs[i]);
+      model.advance(state, drive);
       pass.tally.count(drive);
       pass.inputs[i] = drive_sign * state.input;
       pass.outputs[i] = creep_ ? creep_->follow(state.output) : state.output;

@@ -55,7 +55,7 @@ std::vector<SegmentNeeds> needs_of(const controller::AxisConfig& axis, double ra
     creep.advance(creep_state, memory.output, 1.0 / rate_Hz);
     const double at_once_um = creep.inverse(creep_state, demand_um(t_s, point.value_um));
     const bool reached = model.reachable(memory).contains(at_once_um);
-    model.advance(memory, model.inverse(memory, at_once_um).value);
+    model.advance(memory, model.inverse(memory, at_once_um));
     if (!point.in_transition && point.segment < needs.size()) {
       SegmentNeeds& segment = needs[point.segment];
       segment.lowest_um = std::min(segment.lowest_um, point.value_um);

@@ -102,7 +102,8 @@ ControlLaw::Demand ControlLaw::propose(const Input& input) {
   demand_um_ = notched(before_notch_um_, input.cycle_s);
 
   const double at_once_um = creep_.inverse(creep_state_, demand_um_);
-  const model::Prediction drive = inverted().inverse(inverted_memory(), at_once_um);
+  const model::FoundInput drive = inverted().inverse(inverted_memory(), at_once_um);
+  if (&inverted() == &full_ && drive.near.slope > 0.0) memory_.near = drive.near;
   Demand demand{.drive = drive.value, .position_um = demand_um_};
   if (drive.saturated) demand.limits |= limit::model;
   if (!drive.increasing) demand.limits |= limit::not_invertible;

@@ -66,6 +66,25 @@ TEST(ForwardThenInverse, ReturnsTheInputAndTheSameMemory) {
       }));
 }
 
+TEST(AdvanceByTheResultOfTheInverse, GivesTheMemoryOfItsInput) {
+  EXPECT_TRUE(rc::check("the level is exact to 1e-14 of the span, and the next steps are the same", [] {
+    const Hysteresis model(RandomModel::draw());
+    HysteresisState state = model.at_lower_threshold();
+    for (const double v : random_walk(model.input_range(), 20)) model.advance(state, v);
+    for (int i = 0; i < 30; ++i) {
+      const double x = model.output_range().lo + span_of(model) * *number(0.0, 1.0);
+      HysteresisState evaluated = state;
+      const FoundInput found = model.inverse(state, x);
+      if (!found.increasing) continue;
+      model.advance(state, found);
+      model.advance(evaluated, found.value);
+      RC_ASSERT(state.input == evaluated.input);
+      RC_ASSERT(std::abs(state.output - evaluated.output) <= 1e-14 * span_of(model));
+      RC_ASSERT(state.depth() == evaluated.depth());
+    }
+  }));
+}
+
 TEST(Inverse, ReturnsTheInputOfATurningPointForItsOutput) {
   const Hysteresis model(piezo_model());
   HysteresisState state = model.at_lower_threshold();
