@@ -125,9 +125,9 @@ void inverse(benchmark::State& run, const Sweep<Model>& sweep) {
   while (run.KeepRunningBatch(static_cast<benchmark::IterationCount>(sweep.outputs.size()))) {
     state = sweep.start;
     for (const double x : sweep.outputs) {
-      const double v = sweep.model.inverse(state, x).value;
-      sweep.model.advance(state, v);
-      benchmark::DoNotOptimize(v);
+      const auto found = sweep.model.inverse(state, x);
+      sweep.model.advance(state, found);
+      benchmark::DoNotOptimize(found.value);
     }
   }
 }
@@ -143,9 +143,9 @@ void creep_inverse(benchmark::State& run) {
     state = sweep.start;
     creep.settle(lags, state.output);
     for (const double h : sweep.outputs) {
-      const double v = sweep.model.inverse(state, creep.inverse(lags, creep.output(lags, h))).value;
-      creep.advance(lags, sweep.model.advance(state, v).value, 1e-3);
-      benchmark::DoNotOptimize(v);
+      const auto found = sweep.model.inverse(state, creep.inverse(lags, creep.output(lags, h)));
+      creep.advance(lags, sweep.model.advance(state, found).value, 1e-3);
+      benchmark::DoNotOptimize(found.value);
     }
   }
 }
@@ -310,7 +310,7 @@ class Reporter : public benchmark::BenchmarkReporter {
     budgets.ratio("inverse step, depth 100, with splines / with polynomials", ns("spline_inverse/100") / back,
                   {1.0});
     budgets.ratio("inverse step with its advance / the same arithmetic", back / bare, {6.0});
-    budgets.ratio("inverse step with creep / without", ns("creep_inverse/") / back, {1.3});
+    budgets.ratio("inverse step with creep / without", ns("creep_inverse/") / back, {1.3, 2.3});
     budgets.print("forward step, depth 1, ns", step);
     budgets.print("forward step, depth 1000, ns", deep);
     budgets.print("inverse step with its advance, depth 100, ns", back);
