@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -107,6 +108,25 @@ TEST(ReferenceCurve, RefusesInvalidCoefficientsOrIntervals) {
   EXPECT_THROW(make({0.0, 1.0}, {2.0, 1.0}), std::invalid_argument);
   EXPECT_THROW(make({0.0, 1.0}, {nan, 1.0}), std::invalid_argument);
   EXPECT_THROW(make({0.0, 1e300, 1e300}, {0.0, 1e300}), std::invalid_argument);
+}
+
+TEST(ThirdDerivativeBound, IsNotExceeded) {
+  const Interval range{0.0, 3.0};
+  const std::vector<double> knots{0.0, 0.4, 1.1, 2.5, 3.0};
+  for (const ReferenceCurve& curve :
+       {ReferenceCurve(Basis::power, {0.0, 4.0, 14.0, -6.0, 0.9}, range),
+        ReferenceCurve(CubicSpline(knots, {0.0, 1.0, 3.0, 4.0, 9.0, 9.5, 10.0}), range)}) {
+    double largest = 0.0;
+    for (double v = 0.01; v < 2.99; v += 0.01)
+      largest = std::max(largest, std::abs(curve.curvature(v + 0.005) - curve.curvature(v - 0.005)) / 0.01);
+    EXPECT_LE(largest, curve.third_derivative_bound() * (1.0 + 1e-9));
+    EXPECT_GT(largest, 0.3 * curve.third_derivative_bound());
+  }
+}
+
+TEST(ThirdDerivativeBound, IsInfiniteIfASplineEndsInsideTheInterval) {
+  const ReferenceCurve curve(CubicSpline({0.5, 1.0, 2.0}, {0.0, 1.0, 2.0, 4.0, 5.0}), {0.0, 2.0});
+  EXPECT_TRUE(std::isinf(curve.third_derivative_bound()));
 }
 
 }  // namespace
