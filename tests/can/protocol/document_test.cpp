@@ -26,6 +26,11 @@ std::vector<std::string> matches(const std::string& text, const char* pattern) {
   return found;
 }
 
+/// Joins the lines of each comment, so that a title can continue in the next line.
+std::string in_one_line(const std::string& text) {
+  return std::regex_replace(text, std::regex("\n *///? "), " ");
+}
+
 std::set<std::string> sections() {
   std::set<std::string> all;
   for (const auto& page : std::filesystem::directory_iterator(HYSTCAN_SOURCE_DIR "/docs/protocol"))
@@ -37,7 +42,7 @@ TEST(ProtocolDocument, HasEverySectionThatTheReferenceNodeCites) {
   const std::set<std::string> existing = sections();
   std::vector<std::string> cited;
   for (const auto& file : std::filesystem::directory_iterator(HYSTCAN_SOURCE_DIR "/node/firmware"))
-    for (const std::string& section : matches(text_of(file.path()), "// (?:---- )?\"([A-Z][^\"]+)\""))
+    for (const std::string& section : matches(in_one_line(text_of(file.path())), "\\.md, \"([A-Z][^\"]+)\""))
       cited.push_back(section);
   EXPECT_GT(cited.size(), 10u);
   for (const std::string& section : cited) EXPECT_TRUE(existing.contains(section)) << section;

@@ -159,7 +159,7 @@ TEST(SharedFrames, MustHaveTheSetUpOfTheirNodeAtOneAxis) {
       error_after({{"[axis.frames.sample]\nmessage      = \"Samples\"\nposition     = \"PositionY\"",
                     "[[axis.sensor_setup]]\nindex = 0x2001\nsubindex = 0\nvalue = 1\nbytes = 1\n\n"
                     "[axis.frames.sample]\nmessage      = \"Samples\"\nposition     = \"PositionY\""}});
-  EXPECT_NE(error.find("sensor_setup belongs to a node that axis x shares"), std::string::npos) << error;
+  EXPECT_NE(error.find("sensor_setup is for a node that axis x also uses"), std::string::npos) << error;
 }
 
 TEST(SharedFrames, MustBeSampledByOneClock) {
