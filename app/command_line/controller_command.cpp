@@ -304,7 +304,7 @@ int run_controller(ControllerArguments options) {
   LiveLoop loop(config.bus.interface);
   std::unique_ptr<controller::TelemetryThread> telemetry;
   controller::Controller controller(controller_config(config), config.database, loop.scheduler(),
-                                    loop.attach(),
+                                    loop.attach_controller(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
   check_interface(config, config.bus.interface);
   states.restore(controller);

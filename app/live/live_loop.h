@@ -33,6 +33,15 @@ class LiveLoop {
       return std::make_unique<can::SocketCanBus>(context_, interface_, filters);
     };
   }
+  /// The same for the controller, the only node of its loop: run() waits in the socket of its bus
+  /// (can::run_in_socket), which must exist until run() returns.
+  can::Attach attach_controller() {
+    return [this](std::span<const can::Filter> filters) -> std::unique_ptr<can::Bus> {
+      auto bus = std::make_unique<can::SocketCanBus>(context_, interface_, filters);
+      controller_bus_ = bus.get();
+      return bus;
+    };
+  }
 
   /// Runs until stop(). Calls `on_signal` at every Ctrl-C, SIGTERM, Ctrl-\\, SIGHUP and SIGXCPU (the
   /// processor time limit). Ignores every other signal that would end or stop the process without being a
@@ -45,7 +54,10 @@ class LiveLoop {
       std::signal(signal, SIG_IGN);
     for (int signal = SIGRTMIN; signal <= SIGRTMAX; ++signal) std::signal(signal, SIG_IGN);
     await_signal();
-    context_.run();
+    if (controller_bus_ == nullptr)
+      context_.run();
+    else
+      can::run_in_socket(context_, scheduler_, *controller_bus_);
   }
   void stop() { context_.stop(); }
 
@@ -63,6 +75,7 @@ class LiveLoop {
   boost::asio::signal_set signals_{context_};
   can::AsioScheduler scheduler_{context_};
   std::string interface_;
+  can::SocketCanBus* controller_bus_ = nullptr;
   std::function<void(int signal)> on_signal_;
 };
 

@@ -45,7 +45,7 @@ OpenLoopEnd run_on_the_bus(const config::Config& config, const OpenLoopOptions& 
   can::BusHealthLog bus_log(config.bus.interface, bus_log_sink());
   std::unique_ptr<controller::TelemetryThread> telemetry;
   controller::Controller controller(controller_config(config), config.database, loop.scheduler(),
-                                    loop.attach(),
+                                    loop.attach_controller(),
                                     [&](const controller::CycleRecord& record) { telemetry->push(record); });
   check_interface(config, config.bus.interface);
   telemetry = std::make_unique<controller::TelemetryThread>([&](const controller::CycleRecord& record) {

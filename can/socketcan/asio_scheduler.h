@@ -12,15 +12,27 @@ class io_context;
 
 namespace hystcan::can {
 
-/// The scheduler of an io_context, with the steady clock and absolute deadlines.
+/// The scheduler of an io_context, with the steady clock and absolute deadlines. The context calls the
+/// handlers of the timers, unless its owner does.
 class AsioScheduler final : public Scheduler {
  public:
-  explicit AsioScheduler(boost::asio::io_context& context) : context_(context) {}
+  explicit AsioScheduler(boost::asio::io_context& context);
   Time now() const override;
   std::unique_ptr<Timer> make_timer(std::function<void()> on_expiry) override;
 
+  // For an owner that waits outside of the context.
+
+  /// Decides whether the context waits for the deadlines, as it does at first, or the owner does.
+  void wait_in_context(bool in_context);
+  /// Returns the earliest deadline; Time::max() if no timer is set.
+  Time next_deadline() const;
+  /// Calls the handlers of the expired timers, the earliest first.
+  void run_expired();
+
  private:
-  boost::asio::io_context& context_;
+  class Impl;
+  class AsioTimer;
+  std::shared_ptr<Impl> impl_;  ///< shared with the timers and the pending wait
 };
 
 }  // namespace hystcan::can

@@ -40,7 +40,8 @@ class ReceiveBatch {
   ReceiveBatch(const ReceiveBatch&) = delete;
   ReceiveBatch& operator=(const ReceiveBatch&) = delete;
 
-  /// Reads at most `room` frames, 1 to `capacity`. Returns their number, or -1 with the reason in errno.
+  /// Reads at most `room` frames, 1 to `capacity`; a blocking socket waits for the first. Returns their
+  /// number, or -1 with the reason in errno.
   int read(int socket, std::size_t room = capacity);
 
   Frame frame(std::size_t index) const;
@@ -59,6 +60,7 @@ class ReceiveBatch {
  private:
   static constexpr std::size_t control_bytes = 64;
 
+  int read_one(int socket);
   void read_control(std::size_t index, Time steady_now, Duration realtime_now);
 
   std::array<mmsghdr, capacity> headers_{};

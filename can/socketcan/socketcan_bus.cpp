@@ -4,14 +4,18 @@
 #include <utility>
 
 #include <boost/asio/basic_waitable_timer.hpp>
+#include <boost/asio/executor_work_guard.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/posix/basic_stream_descriptor.hpp>
 #include <cerrno>
 
+#include "base/input_file.h"
 #include "can/log/error_frame.h"
+#include "can/socketcan/asio_scheduler.h"
 #include "can/socketcan/cancel_timer.h"
 #include "can/socketcan/interface.h"
 #include "can/socketcan/raw_socket.h"
+#include "can/socketcan/socket_alarm.h"
 
 namespace hystcan::can {
 namespace {
@@ -33,7 +37,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   Impl(asio::io_context& context, std::string interface, std::span<const Filter> filters)
       : interface_(std::move(interface)),
         filters_(filters.begin(), filters.end()),
-        socket_(context),
+        watch_(context),
         retry_timer_(context),
         restart_timer_(context) {
     if (const auto found = query_interface(interface_)) at_start_ = *found;
@@ -52,21 +56,32 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
       return true;
     }
     ++counters_.send_refused;
-    if (socket_.is_open() && interface_is_gone(error) && !retrying_) retry_after(Duration::zero());
+    if (is_open() && interface_is_gone(error) && !retrying_) retry_after(Duration::zero());
     return false;
   }
 
   void close() {
     closed_ = true;
-    error_code ignored;
     cancel_timer(retry_timer_);
     cancel_timer(restart_timer_);
-    socket_.close(ignored);
+    close_socket();
+  }
+
+  bool receive_before(Time deadline) {
+    if (watch_.is_open()) leave_context();
+    if (!is_open()) return false;
+    if (std::exchange(alarm_at_, deadline) != deadline) alarm_->set(deadline);
+    const int count = batch_.read(socket_->get(), 1);
+    if (count == 1) take(0);
+    if (count == 1 && std::chrono::steady_clock::now() < deadline) return true;
+    alarm_at_.reset();
+    if (count < 0 && errno != EAGAIN && errno != EINTR) lose_interface();
+    return false;
   }
 
   void tell_sent(FrameHandler handler) {
     on_sent_ = std::move(handler);
-    if (socket_.is_open()) receive_own_frames(socket_.native_handle());
+    if (is_open()) receive_own_frames(socket_->get());
   }
 
   FrameHandler on_frame;
@@ -81,33 +96,49 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   /// Sends a frame. Returns 0 or an errno. Refuses in bus-off, because the kernel would store the frames and
   /// send them after the restart.
   int try_to_send(const Frame& frame) {
-    if (!socket_.is_open()) return ENETDOWN;
+    if (!is_open()) return ENETDOWN;
     if (state_ == BusState::bus_off) return ENOBUFS;
-    return write_frame(socket_.native_handle(), frame);
+    return write_frame(socket_->get(), frame);
   }
 
   void open() {
-    socket_.assign(open_raw_socket(interface_, filters_));
-    if (on_sent_) receive_own_frames(socket_.native_handle());
-    batch_.restart();
+    Descriptor socket(open_raw_socket(interface_, filters_));
+    if (on_sent_) receive_own_frames(socket.get());
     const auto found = query_interface(interface_);
+    watch_.assign(socket.get());
+    socket_.emplace(std::move(socket));
+    batch_.restart();
     state_when_up_ = found ? found->bus_state.value_or(BusState::active) : BusState::active;
     error_counters_ = found ? found->error_counters : std::nullopt;
     if (state_ != BusState::down) state_ = state_when_up_;
   }
 
+  bool is_open() const { return socket_.has_value(); }
+
+  /// The alarm and the context must not act on a later file with the same descriptor.
+  void close_socket() {
+    alarm_.reset();
+    alarm_at_.reset();
+    if (watch_.is_open()) watch_.release();
+    socket_.reset();
+  }
+
+  void leave_context() {
+    watch_.release();
+    alarm_.emplace(socket_->get());
+  }
+
   void wait() {
-    socket_.async_wait(asio::posix::descriptor_base::wait_read,
-                       [self = shared_from_this()](error_code error) {
-                         if (!error && !self->closed_) self->receive();
-                       });
+    watch_.async_wait(asio::posix::descriptor_base::wait_read, [self = shared_from_this()](error_code error) {
+      if (!error && !self->closed_) self->receive();
+    });
   }
 
   /// Reads the first frame alone, so that its answer does not wait for other frames or for a read of an empty
   /// queue. All further frames are read in batches.
   void receive() {
     for (std::size_t room = 1;; room = ReceiveBatch::capacity) {
-      const int count = batch_.read(socket_.native_handle(), room);
+      const int count = batch_.read(socket_->get(), room);
       if (count < 0 && errno != EAGAIN && errno != EINTR) {
         lose_interface();
         return;
@@ -150,8 +181,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 
   void lose_interface() {
     lost_before_ = counters_.receive_lost;
-    error_code ignored;
-    socket_.close(ignored);
+    close_socket();
     retry_after(retry_period);
     enter(BusState::down);
   }
@@ -166,7 +196,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 
   void retry() {
     retrying_ = false;
-    if (socket_.is_open()) {  // send() already detected that the interface is lost
+    if (is_open()) {  // send() already detected that the interface is lost
       lose_interface();
       return;
     }
@@ -211,7 +241,10 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   FrameHandler on_sent_;
   std::string interface_;
   std::vector<Filter> filters_;
-  asio::posix::basic_stream_descriptor<Executor> socket_;
+  std::optional<Descriptor> socket_;                      ///< nullopt while the interface is down
+  asio::posix::basic_stream_descriptor<Executor> watch_;  ///< the socket, while the context waits for frames
+  std::optional<SocketAlarm> alarm_;                      ///< of the socket, while receive_before() waits
+  std::optional<Time> alarm_at_;
   SteadyTimer retry_timer_;    ///< searches for the interface after it is lost
   SteadyTimer restart_timer_;  ///< queries whether bus-off has ended
   ReceiveBatch batch_;
@@ -234,6 +267,7 @@ SocketCanBus::SocketCanBus(asio::io_context& context, const std::string& interfa
 
 SocketCanBus::~SocketCanBus() { impl_->close(); }
 
+bool SocketCanBus::receive_before(Time deadline) { return impl_->receive_before(deadline); }
 bool SocketCanBus::send(const Frame& frame) { return impl_->send(frame); }
 void SocketCanBus::on_frame(FrameHandler handler) { impl_->on_frame = std::move(handler); }
 bool SocketCanBus::on_sent(FrameHandler handler) {
@@ -245,5 +279,19 @@ BusState SocketCanBus::state() const { return impl_->state(); }
 Refusal SocketCanBus::refusal() const { return impl_->refusal(); }
 std::optional<ErrorCounters> SocketCanBus::error_counters() const { return impl_->error_counters(); }
 const BusCounters& SocketCanBus::counters() const { return impl_->counters(); }
+
+void run_in_socket(asio::io_context& context, AsioScheduler& scheduler, SocketCanBus& bus) {
+  const auto work = asio::make_work_guard(context);  // the context stops itself if it has nothing to wait for
+  while (!context.stopped()) {
+    while (bus.receive_before(scheduler.next_deadline())) continue;
+    const bool is_down = bus.state() == BusState::down;
+    scheduler.wait_in_context(is_down);
+    scheduler.run_expired();
+    if (is_down)
+      context.run_one();
+    else
+      context.poll();
+  }
+}
 
 }  // namespace hystcan::can

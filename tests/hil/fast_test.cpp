@@ -35,8 +35,8 @@ std::size_t axes_in(const controller::Controller& controller, AxisState state) {
 }
 
 /// Runs the controller in this thread until all axes have tracked for `watched`, or one has faulted.
-void run(controller::Controller& controller, boost::asio::io_context& context, can::Scheduler& scheduler,
-         can::Duration watched) {
+void run(controller::Controller& controller, boost::asio::io_context& context, can::AsioScheduler& scheduler,
+         can::SocketCanBus& bus, can::Duration watched) {
   std::optional<can::Time> until;
   std::unique_ptr<can::Timer> poll;
   poll = scheduler.make_timer([&] {
@@ -49,7 +49,7 @@ void run(controller::Controller& controller, boost::asio::io_context& context, c
   });
   controller.start();
   poll->expire_at(scheduler.now() + milliseconds(20));
-  context.run();
+  can::run_in_socket(context, scheduler, bus);
 }
 
 void use_real_time_priority() {
@@ -70,15 +70,18 @@ TEST_P(IcountFast, AxesInAFrameMissNoCycleAtTheRateOfTheirFile) {
   const config::Config config = config::load(file);
   boost::asio::io_context context{1};
   can::AsioScheduler scheduler(context);
+  can::SocketCanBus* bus = nullptr;
   controller::Controller controller(
       controller_config(config), config.database, scheduler,
       [&](std::span<const can::Filter> filters) {
-        return std::make_unique<can::SocketCanBus>(context, "vcan0", filters);
+        auto own = std::make_unique<can::SocketCanBus>(context, "vcan0", filters);
+        bus = own.get();
+        return own;
       },
       [](const controller::CycleRecord&) {});
   std::thread([&] {
     use_real_time_priority();
-    run(controller, context, scheduler, std::chrono::seconds(run_s));
+    run(controller, context, scheduler, *bus, std::chrono::seconds(run_s));
     controller.send_safe_commands();
   }).join();
 

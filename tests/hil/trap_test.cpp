@@ -42,7 +42,9 @@ class InProcess {
         controller_(
             controller_config(config_), config_.database, scheduler_,
             [this](std::span<const can::Filter> filters) {
-              return std::make_unique<can::SocketCanBus>(context_, "vcan0", filters);
+              auto bus = std::make_unique<can::SocketCanBus>(context_, "vcan0", filters);
+              bus_ = bus.get();
+              return bus;
             },
             [this](const controller::CycleRecord& record) { telemetry_.push(record); }) {}
 
@@ -62,7 +64,7 @@ class InProcess {
     });
     controller_.start();
     poll->expire_at(start + milliseconds(20));
-    context_.run();
+    can::run_in_socket(context_, scheduler_, *bus_);
     support::watch(false);
   }
 
@@ -88,6 +90,7 @@ class InProcess {
   config::Config config_;
   boost::asio::io_context context_{1};
   can::AsioScheduler scheduler_{context_};
+  can::SocketCanBus* bus_ = nullptr;  ///< of the controller
   can::BusHealthLog bus_log_;
   controller::BlackBox black_box_;
   controller::CsvLog csv_;

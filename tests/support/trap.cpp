@@ -86,8 +86,8 @@ constexpr std::array allowed_calls{
 #ifdef SYS_epoll_wait  // missing on some processors
     SYS_epoll_wait,
 #endif
-    SYS_clock_gettime, SYS_epoll_pwait, SYS_epoll_ctl, SYS_timerfd_settime,
-    SYS_recvmsg,       SYS_recvmmsg,    SYS_sendmsg,   SYS_sendto,
+    SYS_clock_gettime, SYS_epoll_pwait, SYS_epoll_ctl, SYS_timerfd_settime, SYS_recvmsg,
+    SYS_recvmmsg,      SYS_sendmsg,     SYS_sendto,    SYS_timer_settime,   SYS_fcntl,
     SYS_rt_sigreturn,  SYS_exit,        SYS_exit_group};
 
 sock_filter load(std::size_t offset) {

@@ -8,10 +8,10 @@
 
 namespace hystcan::support {
 
-/// Restricts this thread until it ends. It may read the clock, wait in epoll, set timers, receive and send.
-/// It may read and write only descriptors that are already sockets, timers or event counters at this call.
-/// Every other system call fails (ENOSYS) and is recorded. Returns an empty text, or the reason if the kernel
-/// does not allow the trap; then only heap calls are counted.
+/// Restricts this thread until it ends. It may read the clock, wait in epoll, set timers and flags, receive
+/// and send. It may read and write only descriptors that are already sockets, timers or event counters at
+/// this call. Every other system call fails (ENOSYS) and is recorded. Returns an empty text, or the reason if
+/// the kernel does not allow the trap; then only heap calls are counted.
 std::string trap_this_thread();
 
 /// Starts or stops recording, so that the calls at the end of the thread do not count.

@@ -66,6 +66,31 @@ TEST_F(AsioTimer, LeavesNoWorkInTheContextIfItIsCancelledOrDestroyed) {
   EXPECT_EQ(order, "");
 }
 
+TEST_F(AsioTimer, CallsExpiredHandlersForAnOwnerThatWaitsItself) {
+  scheduler.wait_in_context(false);
+  const auto later = scheduler.make_timer([&] { order += 'l'; });
+  const auto second = scheduler.make_timer([&] { order += '2'; });
+  const auto first = scheduler.make_timer([&] { order += '1'; });
+  EXPECT_EQ(scheduler.next_deadline(), Time::max());
+  later->expire_at(scheduler.now() + 1h);
+  second->expire_at(Time{} + 2ns);
+  first->expire_at(Time{} + 1ns);
+  EXPECT_EQ(scheduler.next_deadline(), Time{} + 1ns);
+  context.run();  // has no work
+  EXPECT_EQ(order, "");
+  scheduler.run_expired();
+  EXPECT_EQ(order, "12");
+}
+
+TEST_F(AsioTimer, WaitsInTheContextAgainAfterItsOwnerHasWaited) {
+  scheduler.wait_in_context(false);
+  const auto timer = scheduler.make_timer([&] { order += 'r'; });
+  timer->expire_at(scheduler.now() + 1ms);
+  scheduler.wait_in_context(true);
+  context.run();
+  EXPECT_EQ(order, "r");
+}
+
 TEST_F(AsioTimer, DoesNotRunItsHandlerIfItIsCancelledAfterItsDeadline) {
   const auto victim = scheduler.make_timer([&] { order += 'v'; });
   const auto killer = scheduler.make_timer([&] {

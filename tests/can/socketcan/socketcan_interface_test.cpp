@@ -1,5 +1,8 @@
 // The interface is set down and up, deleted and created again with the same name.
 #include "tests/can/socketcan/socketcan_fixture.h"
+
+#include <thread>
+
 #include "tests/support/refusal.h"
 #include "tests/support/shows.h"
 
@@ -25,6 +28,25 @@ TEST_F(SocketCanInterface, ContinuesAfterItWasDown) {
   ASSERT_TRUE(shell("cansend vcan9 181#11 && cansend vcan9 182#12"));
   run_until([&] { return !heard.empty(); });
   EXPECT_EQ(states, (std::vector{BusState::down, BusState::active}));
+}
+
+TEST_F(SocketCanInterface, EndsTheWaitInTheSocketAndWaitsThereAgainAfterItIsUp) {
+  const auto bus = open("vcan9", {{0x181}});
+  const Time patient = std::chrono::steady_clock::now() + support::patience;
+  std::thread other([] {
+    std::this_thread::sleep_for(20ms);
+    EXPECT_TRUE(shell("ip link set vcan9 down"));
+  });
+  EXPECT_FALSE(bus->receive_before(patient));
+  other.join();
+  EXPECT_EQ(bus->state(), BusState::down);
+  EXPECT_FALSE(bus->receive_before(patient)) << "does not wait";
+  ASSERT_TRUE(shell("ip link set vcan9 up"));
+  run_until([&] { return bus->state() == BusState::active; });
+  ASSERT_TRUE(shell("cansend vcan9 181#33"));
+  EXPECT_TRUE(bus->receive_before(patient));
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_EQ(heard[0].data[0], 0x33);
 }
 
 TEST_F(SocketCanInterface, IsDownAfterAFailedSend) {

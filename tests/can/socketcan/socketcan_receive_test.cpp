@@ -51,6 +51,36 @@ TEST_F(SocketCanReceive, GivesTheArrivalTimeAndNotTheReadingTime) {
   EXPECT_LE(stamps[0], after);
 }
 
+TEST_F(SocketCanReceive, ReturnsFromTheSocketAtTheDeadline) {
+  const auto bus = open("vcan0", {{0x181}});
+  for (int i = 0; i < 3; ++i) {
+    const Time deadline = std::chrono::steady_clock::now() + 5ms;
+    EXPECT_FALSE(bus->receive_before(deadline));
+    EXPECT_GE(std::chrono::steady_clock::now(), deadline);
+  }
+  EXPECT_FALSE(bus->receive_before(Time{})) << "a deadline in the past";
+}
+
+TEST_F(SocketCanReceive, ReceivesInTheSocketOneFrameACall) {
+  const auto bus = open("vcan0", {{0x181}});
+  ASSERT_TRUE(shell("cansend vcan0 181#01 && cansend vcan0 181#02"));
+  const Time deadline = std::chrono::steady_clock::now() + support::patience;
+  EXPECT_TRUE(bus->receive_before(deadline));
+  ASSERT_EQ(heard.size(), 1U);
+  EXPECT_TRUE(bus->receive_before(deadline));
+  ASSERT_EQ(heard.size(), 2U);
+  EXPECT_EQ(heard[1].data[0], 2);
+}
+
+TEST_F(SocketCanReceive, ReturnsAtTheDeadlineBetweenFramesThatNeverEnd) {
+  const auto bus = open("vcan0", {{0x181}});
+  bus->on_frame([](const Frame&, Time) { EXPECT_TRUE(shell("cansend vcan0 181#02")); });
+  ASSERT_TRUE(shell("cansend vcan0 181#01"));
+  const Time deadline = std::chrono::steady_clock::now() + 50ms;
+  while (bus->receive_before(deadline)) continue;
+  EXPECT_GE(std::chrono::steady_clock::now(), deadline);
+}
+
 TEST_F(SocketCanReceive, CountsFramesThatTheKernelDropped) {
   const auto bus = open("vcan0", {{0x181}});
   ASSERT_TRUE(shell("cangen vcan0 -g 0 -I 181 -L 8 -n 3000"));

@@ -1,0 +1,50 @@
+#include "can/socketcan/socket_alarm.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <csignal>
+#include <system_error>
+
+namespace hystcan::can {
+namespace {
+
+void end_waits(int /*signal*/, siginfo_t* info, void* /*context*/) {
+  if (info->si_code != SI_TIMER) return;  // from another process
+  const int error = errno;
+  ::fcntl(info->si_value.sival_int, F_SETFL, O_RDWR | O_NONBLOCK);
+  errno = error;
+}
+
+}  // namespace
+
+SocketAlarm::SocketAlarm(int socket) : socket_(socket) {
+  struct sigaction action {};
+  action.sa_sigaction = end_waits;
+  action.sa_flags = SA_SIGINFO | SA_RESTART;
+  const int signal = SIGRTMAX;
+  ::sigaction(signal, &action, nullptr);
+  sigevent event{};
+  event.sigev_notify = SIGEV_THREAD_ID;
+  event.sigev_signo = signal;
+  event.sigev_value.sival_int = socket;
+  event._sigev_un._tid = ::gettid();
+  if (::timer_create(CLOCK_MONOTONIC, &event, &timer_) != 0)
+    throw std::system_error(errno, std::generic_category(), "cannot create a timer");
+}
+
+SocketAlarm::~SocketAlarm() { ::timer_delete(timer_); }
+
+void SocketAlarm::set(Time deadline) {
+  deadline = std::max(deadline, Time{Duration{1}});  // zero would disarm the timer
+  ::fcntl(socket_, F_SETFL, O_RDWR);
+  const auto whole = std::chrono::floor<std::chrono::seconds>(deadline);
+  itimerspec when{};
+  when.it_value.tv_sec = whole.time_since_epoch().count();
+  when.it_value.tv_nsec = (deadline - whole).count();
+  ::timer_settime(timer_, TIMER_ABSTIME, &when, nullptr);
+}
+
+}  // namespace hystcan::can
