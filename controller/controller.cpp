@@ -336,11 +336,10 @@ void Controller::answer(CommandFrame& commands) {
 /// Steps the axis and puts its command into its frame.
 void Controller::step(WiredAxis& wired, const can::SensorSample* sample, can::Time heard) {
   const Cycle& cycle = clock_.cycle();
-  const AxisInput input = input_of(wired, sample);
   wired.phases = {.period = cycle.sync_period, .lateness = cycle.lateness};
   if (sample != nullptr) wired.phases.sample_heard = heard - cycle.sync_sent;
-  const can::Time begun = scheduler_.now();
-  const AxisCommand command = wired.axis.decide(input);
+  const can::Time begun = scheduler_.now();  // one reading: each costs 0.17 us of the turnaround in the guest
+  const AxisCommand command = wired.axis.decide(input_of(wired, sample, begun));
   wired.phases.execution = scheduler_.now() - begun;
   if (auto& marker = wired.scan_marker_sender) marker->note(wired.axis.report(), cycle.sync_counter);
   const bool is_asleep = wired.axis.state() == AxisState::waiting &&
@@ -350,7 +349,7 @@ void Controller::step(WiredAxis& wired, const can::SensorSample* sample, can::Ti
   if (!fits && phase_ == Phase::running) wired.axis.trip(Cause::command_not_sendable, clock_.time_s());
 }
 
-AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample) const {
+AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample, can::Time now) const {
   AxisInput input{.time_s = clock_.time_s(),
                   .dt_s = clock_.cycle().dt_s,
                   .cycle_s = can::seconds(clock_.period()),
@@ -358,7 +357,6 @@ AxisInput Controller::input_of(WiredAxis& wired, const can::SensorSample* sample
                   .position_um = std::nullopt,
                   .tracking_since_s = together_.tracking_since_s(),
                   .health = {}};
-  const can::Time now = scheduler_.now();
   wired.sensor.take_health(now, input);
   wired.amplifier.take_health(now, bus_->state(), input);
   if (sample != nullptr) {

@@ -153,7 +153,7 @@ class Controller {
   bool is_awaited(const WiredAxis& wired) const;
   void answer(CommandFrame& commands);
   void end_waiting();
-  AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample) const;
+  AxisInput input_of(WiredAxis& wired, const can::SensorSample* sample, can::Time now) const;
   void record(WiredAxis& wired);
   void on_foreign_nmt(const can::Frame& frame);
   void trip_if_in_use(WiredAxis& wired, Cause cause);

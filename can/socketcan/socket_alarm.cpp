@@ -26,6 +26,11 @@ SocketAlarm::SocketAlarm(int socket) : socket_(socket) {
   action.sa_flags = SA_SIGINFO | SA_RESTART;
   const int signal = SIGRTMAX;
   ::sigaction(signal, &action, nullptr);
+  // A process inherits blocked signals; a blocked alarm would never end a wait.
+  sigset_t alarm;
+  ::sigemptyset(&alarm);
+  ::sigaddset(&alarm, signal);
+  ::pthread_sigmask(SIG_UNBLOCK, &alarm, nullptr);
   sigevent event{};
   event.sigev_notify = SIGEV_THREAD_ID;
   event.sigev_signo = signal;
