@@ -90,8 +90,8 @@ void show_bus(const config::Config& config) {
 void show_mismatch(const config::AxisConfig& axis) {
   if (axis.twin.interpolate == axis.control.delays.interpolated) return;
   print(
-      "# warning: axis {}: the twin has interpolate = {}, axis.control.delays has interpolated = {}, expected "
-      "the same; the controller looks ahead in the reference by half a cycle too much or too little\n",
+      "# warning: axis {}: the twin has interpolate = {}, axis.control.delays has interpolated = {}, "
+      "expected the same; the controller looks ahead in the reference by half a cycle too much or too little\n",
       axis.wire.name, axis.twin.interpolate, axis.control.delays.interpolated);
 }
 
