@@ -34,9 +34,9 @@ class TwinCommandHandlerTest : public testing::Test {
     json received;
     int answers = 0;
     handler.execute(command, {[&](json answer) {
-                   received = std::move(answer);
-                   ++answers;
-                 }});
+                      received = std::move(answer);
+                      ++answers;
+                    }});
     EXPECT_EQ(answers, 1) << command;
     return received;
   }
