@@ -25,8 +25,8 @@ constexpr int most_pieces = 22;           // maximum number of pieces of a splin
 constexpr std::size_t finer_samples = 5;  // the last steps of a search use so many times more samples
 constexpr double worth_creep = 0.97;      // maximum score of a model with creep, relative to one without
 constexpr double shows_creep_s = 0.005;   // longer time steps do not show creep (half of the shortest lag)
-// The search may replace the fitted ascending curve by a curve that fulfils the conditions of a model, if the two
-// differ by less than this share of the RMS error.
+// The search may replace the fitted ascending curve by a curve that fulfils the conditions of a model, if
+// the two differ by less than this share of the RMS error.
 constexpr double unnoticed = 0.1;
 constexpr double rounding = 1e-9;  // tolerance for rounding errors, as a share of the output range
 

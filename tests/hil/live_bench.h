@@ -40,8 +40,8 @@ inline void PrintTo(const Wire& wire, std::ostream* out) { *out << wire.controll
 /// which is expensive for an emulated processor: 2.9 s of host time instead of 1.8 s for one second of two
 /// axes at 1 kHz.
 constexpr int priority = 50;
-/// Priority of a controller whose times are measured: no node delays its SYNC or its answer to a sample, as if
-/// the nodes ran on another processor.
+/// Priority of a controller whose times are measured: no node delays its SYNC or its answer to a sample, as
+/// if the nodes ran on another processor.
 constexpr int priority_over_nodes = 60;
 
 /// Adds real-time scheduling (FIFO) to the command if the user is allowed to use it, as for a real actuator.
