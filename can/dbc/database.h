@@ -29,7 +29,7 @@ struct Multiplexing {
   bool is_switch = false;
   std::optional<std::uint32_t> present_at;  ///< switch value in the SG_ line of the signal: 3 for `m3`
   std::optional<std::size_t> switched_by;   ///< index of the switch signal among the message's signals
-  /// Values of the switch signal at which this signal is present, from SG_MUL_VAL_ or from the mark `m3`. The
+  /// Values of the switch signal at which this signal is present, from SG_MUL_VAL_ or a mark like `m3`. The
   /// ranges ascend and do not overlap.
   std::vector<Range> ranges;
 };
@@ -83,7 +83,7 @@ struct Message {
 
 struct Database {
   std::vector<Message> messages;
-  std::vector<std::string> warnings;  ///< about irregularities that are accepted: `FILE:LINE:COLUMN: TEXT`
+  std::vector<std::string> warnings;  ///< text for each accepted irregularity: `FILE:LINE:COLUMN: TEXT`
   std::size_t further_warnings = 0;   ///< number of warnings that are not stored in `warnings`
   std::map<std::uint32_t, std::size_t> message_by_id;  ///< index of a message by key_of() its identifier; the
                                                        ///< last one if several messages have it
@@ -96,9 +96,9 @@ struct Database {
 
 /// The size limits of a DBC. Within these limits, parsing time and memory are proportional to the file size.
 namespace dbc {
-inline constexpr std::size_t largest_file = std::size_t{16} << 20U;  ///< bytes (16 MiB)
-inline constexpr std::size_t longest_name = 1024;    ///< bytes of a name, a number, a unit or a value name
-inline constexpr std::size_t longest_text = 65'536;  ///< bytes of a comment or an attribute value
+inline constexpr std::size_t largest_file = std::size_t{16} << 20U;  ///< maximum file size in bytes (16 MiB)
+inline constexpr std::size_t longest_name = 1024;    ///< maximum bytes of a name, a number or a unit
+inline constexpr std::size_t longest_text = 65'536;  ///< maximum bytes of a comment or an attribute value
 inline constexpr std::size_t most_nodes = 65'536;
 inline constexpr std::size_t most_messages = 65'536;
 inline constexpr std::size_t most_signals = 65'536;  ///< maximum number in one message

@@ -169,7 +169,7 @@ void Reader::note(std::string_view at, std::string what) {
     ++database_.further_warnings;
 }
 
-/// Limits the copies, so that a small file can't make a large database.
+/// Counts the bytes of copies. Throws ParseError if a small file would make a large database.
 void Reader::count_copies(std::string_view at, std::size_t bytes) {
   copied_ += bytes;
   if (copied_ <= largest_copies) return;

@@ -17,8 +17,8 @@ namespace hystcan::can::dbc {
 
 inline constexpr const char* message_id = "the identifier of a message";
 inline constexpr const char* signal_name = "the name of a signal";
-inline constexpr const char* frame_format = "VFrameFormat";  ///< attribute: CAN or CAN FD
-inline constexpr const char* bit_rate_switch = "CANFD_BRS";  ///< attribute: bit-rate switch of CAN FD
+inline constexpr const char* frame_format = "VFrameFormat";  ///< attribute that states CAN or CAN FD
+inline constexpr const char* bit_rate_switch = "CANFD_BRS";  ///< attribute that states the bit-rate switch
 inline constexpr const char* quoted_text = "a text in quotes";
 
 /// Maximum size of all copies together, in bytes. A section may apply to several objects, and each object

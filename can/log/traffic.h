@@ -37,7 +37,7 @@ struct MessageTraffic {
 /// counts for that message.
 class Traffic {
  public:
-  using Key = std::pair<bool, std::uint32_t>;  ///< whether it has 29 bits, and the identifier
+  using Key = std::pair<bool, std::uint32_t>;  ///< true if the identifier has 29 bits; the identifier
 
   /// The database must outlive this object. `configured`: the counter and CRC of messages, by message name.
   explicit Traffic(const Database& database, const Protections& configured = {});
@@ -51,7 +51,8 @@ class Traffic {
   std::uint64_t frames() const { return frames_; }
   std::uint64_t error_frames() const { return error_frames_; }
   double rate_Hz() const { return rate_Hz_; }
-  std::optional<BusState> state() const { return state_; }  ///< from the last error frame with a state
+  /// Returns the state in the last error frame that contained a state; nullopt if there was none.
+  std::optional<BusState> state() const { return state_; }
   std::optional<ErrorCounters> error_counters() const { return error_counters_; }
 
  private:

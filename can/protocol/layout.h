@@ -57,11 +57,11 @@ struct StateValues {
   std::int64_t raw(AmpState state) const;
 };
 
-/// The configured names of one message: its name in the DBC, and the signal of each role (see the head of
-/// this file).
+/// The configured names of one message: its name in the DBC, and the signal of each role. A role is the
+/// purpose of a value, such as `setpoint`.
 struct MessageMap {
   std::string message;
-  /// The signal name of each role. The value of a role that is not in this map is not sent.
+  /// Signal name of each role, such as `setpoint`. The value of a role that is not in this map is not sent.
   std::map<std::string, std::string, std::less<>> signals{};
   Integrity integrity = Integrity::counter_crc;
   std::string counter = "Counter";
@@ -118,8 +118,8 @@ Field(const char*, const char*, Value Payload::*) -> Field<Payload, Value>;
 template <class Payload, class Value>
 Field(const char*, const char*, Value Payload::*, Quantity) -> Field<Payload, Value>;
 
-/// Returns the names of a standard frame. Its message has the name `prefix` + Payload::name; every role has
-/// its standard signal, and the message has counter and CRC.
+/// Returns the names of a standard frame: the message name `prefix` + Payload::name, and the signal names in
+/// Payload::fields(). The message has counter and CRC.
 template <class Payload>
 MessageMap standard_map(const std::string& prefix) {
   MessageMap map{.message = prefix + std::string(Payload::name)};
@@ -142,8 +142,9 @@ class Layout {
  public:
   static constexpr std::size_t field_count = std::tuple_size_v<decltype(Payload::fields())>;
 
-  /// `absent` has the values of roles without a signal. Throws std::invalid_argument if a signal of the
-  /// message is missing or its unit does not convert. If `drive_unit` is empty, no unit is converted.
+  /// `absent` has the decoded values of members for which the message has no signal. Throws
+  /// std::invalid_argument if a signal of the message is missing or its unit does not convert. If
+  /// `drive_unit` is empty, no unit is converted.
   Layout(const Message& message, const MessageMap& map, const std::string& drive_unit,
          const Payload& absent = {})
       : id_(message.id),

@@ -44,13 +44,14 @@ enum class NmtState : std::uint8_t {
 inline constexpr std::uint32_t nmt_id = 0x000;
 inline constexpr std::uint32_t sync_id = 0x080;
 inline constexpr std::uint32_t emergency_base = 0x080;
-inline constexpr std::uint32_t transmit_pdo_base = 0x180;  ///< AmpStatus, SensorSample
-inline constexpr std::uint32_t receive_pdo_base = 0x200;   ///< AmpCommand
+inline constexpr std::uint32_t transmit_pdo_base =
+    0x180;  ///< identifier minus node id of AmpStatus and SensorSample
+inline constexpr std::uint32_t receive_pdo_base = 0x200;  ///< identifier minus node id of AmpCommand
 inline constexpr std::uint32_t controller_status_base = 0x280;
 inline constexpr std::uint32_t setpoint_base = 0x300;
 inline constexpr std::uint32_t scan_marker_base = 0x380;
-inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< server to client
-inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< client to server
+inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< identifier minus server id; server to client
+inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< identifier minus server id; client to server
 inline constexpr std::uint32_t heartbeat_base = 0x700;
 inline constexpr std::uint8_t sync_counter_max = 240;  ///< the SYNC counter runs from 1 to 240
 
@@ -101,7 +102,7 @@ constexpr bool is_in_slot(std::uint8_t node, std::uint8_t counter, unsigned slot
 
 /// Returns the meaning of the error code of an emergency (CiA 301, table of emergency error codes). A code
 /// that is not in the table has the text of its group, for example 0x2300 or 0x2000 for 0x2310. A code
-/// without a group is reserved.
+/// without a group has the text "reserved error code".
 std::string_view emergency_text(std::uint16_t code);
 
 /// The NMT part of a node: obeys NMT commands and sends heartbeats. At start() and at each NMT reset, the

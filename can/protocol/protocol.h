@@ -26,7 +26,7 @@ inline constexpr std::uint8_t setpoint_out_of_range = 0x02;
 
 struct AmpCommand {
   static constexpr std::string_view name = "AmpCommand";
-  double setpoint = 0.0;  ///< in the unit of the drive, such as V or A
+  double setpoint = 0.0;  ///< commanded drive in its unit, such as V or A
   bool enable = false;
   bool clear_fault = false;
   std::uint8_t sync_counter = 0;  ///< counter of the SYNC at which the sample for this command was taken
@@ -64,8 +64,8 @@ struct SensorSample {
   }
 };
 
-/// The status of one axis in the controller. `state` and `cause` have the numbers of the enumerations in
-/// controller/control/axis.h; the DBC gives these numbers the same names.
+/// The status of one axis in the controller. `state` and `cause` have the numbers of the enumerators in
+/// controller/control (axis_report.h, fault.h); the DBC gives these numbers the same names.
 struct ControllerStatus {
   static constexpr std::string_view name = "ControllerStatus";
   double following_error_um = 0.0;  ///< reference minus measured position; 0 while the axis does not track
@@ -128,11 +128,11 @@ inline constexpr bool is_optional = std::is_same_v<Payload, ControllerStatus> ||
 /// Names and nodes of one axis on the wire.
 struct AxisWire {
   std::string name;            ///< name of the axis, such as "x"
-  std::string message_prefix;  ///< such as "X" for the messages XAmpCommand, XAmpStatus, XSensorSample
+  std::string message_prefix;  ///< prefix of message names: "X" for XAmpCommand and XSensorSample
   std::uint8_t amplifier_node = 0;
   std::uint8_t sensor_node = 0;
   std::string drive_unit{};  ///< unit of setpoint and output after conversion; empty: no conversion
-  std::vector<SdoWrite> amplifier_setup{};  ///< objects to write before the controller starts the node
+  std::vector<SdoWrite> amplifier_setup{};  ///< SDO objects to write before the controller starts the node
   std::vector<SdoWrite> sensor_setup{};
   SdoPatience setup_patience{};
   std::optional<AxisFrames> frames{};  ///< frames that the user defines; empty: the standard frames

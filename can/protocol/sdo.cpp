@@ -11,7 +11,8 @@
 namespace hystcan::can {
 namespace {
 
-/// Bits of the first byte: 1 (e, expedited) and 0 (s, size stated). Bits 2 and 3 then count the unused bytes.
+/// Bits 1 and 0 of a frame's first byte. Bit 1: the transfer is expedited. Bit 0: the size is stated, so that
+/// bits 2 and 3 contain the number of unused bytes.
 constexpr std::uint8_t expedited_with_size = 0x03;
 
 std::uint8_t with_size(unsigned specifier, std::uint8_t bytes) {

@@ -64,8 +64,9 @@ class FaultConfinement {
   const ErrorCounters& counters() const { return counters_; }
 
  private:
-  static constexpr std::uint16_t receive_after_passive = 119;  ///< the standard allows 119 to 127
-  static constexpr std::uint16_t receive_max = 255;            ///< the receive error counter has eight bits
+  /// New receive error counter of a passive node that has received a frame; the standard allows 119 to 127.
+  static constexpr std::uint16_t receive_after_passive = 119;
+  static constexpr std::uint16_t receive_max = 255;  ///< the receive error counter has eight bits
 
   void add_to_receive(std::uint16_t errors) {
     counters_.receive = std::min(receive_max, static_cast<std::uint16_t>(counters_.receive + errors));

@@ -67,7 +67,7 @@ std::optional<Transmission> Disturbance::error_within(const FrameBits& frame, un
                       .witness = witness};
 }
 
-/// Draws the index of the first bit with an error; each bit has an error with the probability `per_bit`
+/// Returns a random index of the first bit with an error; each bit has an error with probability `per_bit`
 /// (geometric distribution). Returns `none`, the number of bits, if no bit of the frame has an error.
 unsigned Disturbance::first_error(double per_bit, unsigned none) {
   if (per_bit <= 0.0) return none;
@@ -76,8 +76,8 @@ unsigned Disturbance::first_error(double per_bit, unsigned none) {
   return bit < none ? static_cast<unsigned>(bit) : none;
 }
 
-/// Draws the number of dominant bits just before an error flag, 0..4. The flag continues this run of dominant
-/// bits, so that other nodes detect a stuff error, and send their flags, earlier by this number of bits.
+/// Returns a random number of dominant bits before an error flag, 0..4. The flag continues this run of bits,
+/// so that other nodes detect a stuff error, and send their flags, earlier by this number of bits.
 unsigned Disturbance::dominant_bits_before_flag() {
   return std::min<unsigned>(static_cast<unsigned>(std::countr_one(random_())), 4);
 }

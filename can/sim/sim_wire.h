@@ -26,8 +26,8 @@ struct Transmission {
 
 using Nodes = std::span<const std::unique_ptr<Node>>;
 
-/// Draws random bit errors. Each bit of a frame has an error with a given probability, either for all nodes
-/// or for one node. The first error ends the transmission.
+/// Simulates random bit errors. Each bit of a frame has an error with a given probability, either for all
+/// nodes or for one node. The first error ends the transmission.
 class Disturbance {
  public:
   /// `bit_error`: the probability per bit of an error that all nodes detect together.
@@ -39,10 +39,10 @@ class Disturbance {
   /// Returns true if at least one probability of an error is above 0.
   bool is_active() const { return is_active_; }
 
-  /// Draws the transmission of a frame. Sets Node::missed for each error-passive node that alone detects an
-  /// error: this node then misses the frame.
+  /// Decides at random how the transmission of a frame ends. Sets Node::missed for each error-passive node
+  /// that alone detects an error: this node then misses the frame.
   Transmission draw(const Frame& frame, const Node& sender, Nodes nodes);
-  /// Draws an overrun: returns true if this node loses the frame because its receive buffer is full.
+  /// Decides at random if this node loses the frame because its receive buffer is full; returns true if so.
   bool overruns(const Node& node) { return node.faults.overrun > 0.0 && uniform() < node.faults.overrun; }
 
  private:

@@ -12,17 +12,18 @@ class io_context;
 
 namespace hystcan::can {
 
-/// The scheduler of an io_context, with the steady clock and absolute deadlines. The context calls the
-/// handlers of the timers, unless its owner does.
+/// The scheduler of an io_context, with the steady clock and absolute deadlines. The context waits for the
+/// deadlines and calls the handlers of the timers, unless wait_in_context(false) was called.
 class AsioScheduler final : public Scheduler {
  public:
   explicit AsioScheduler(boost::asio::io_context& context);
   Time now() const override;
   std::unique_ptr<Timer> make_timer(std::function<void()> on_expiry) override;
 
-  // For an owner that waits outside of the context.
+  // These functions are for a program that waits for the deadlines itself, as in run_in_socket().
 
-  /// Decides whether the context waits for the deadlines, as it does at first, or the owner does.
+  /// Selects who waits for the deadlines: the context (`true`, the initial value), or the program, which must
+  /// then call run_expired() at next_deadline().
   void wait_in_context(bool in_context);
   /// Returns the earliest deadline; Time::max() if no timer is set.
   Time next_deadline() const;

@@ -24,7 +24,7 @@ struct Interface {
   std::optional<BusState> bus_state;  ///< state of the CAN controller
   std::optional<std::uint32_t> bitrate_bit_per_s;
   std::optional<std::uint32_t> data_bitrate_bit_per_s;  ///< bit rate of the CAN FD data phase
-  std::optional<double> sample_point;                   ///< fraction of the bit time
+  std::optional<double> sample_point;                   ///< sample point as a fraction of the bit time
   std::optional<std::uint32_t> restart_ms;  ///< time from bus-off to restart; 0: no automatic restart
   bool listen_only = false;
   bool loopback = false;
@@ -33,7 +33,7 @@ struct Interface {
   std::optional<ErrorCounters> error_counters;
   std::optional<std::uint32_t> bus_offs;  ///< number of bus-offs since the driver was loaded
   std::uint32_t transmit_queue_frames = 0;
-  std::string queue_discipline;  ///< such as "pfifo_fast" or "noqueue"
+  std::string queue_discipline;  ///< name of the queue, such as "pfifo_fast" or "noqueue"
 };
 
 /// Throws RunError with the text "interface NAME: WHAT: " and the text of errno.

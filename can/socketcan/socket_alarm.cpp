@@ -12,7 +12,7 @@ namespace hystcan::can {
 namespace {
 
 void end_waits(int /*signal*/, siginfo_t* info, void* /*context*/) {
-  if (info->si_code != SI_TIMER) return;  // from another process
+  if (info->si_code != SI_TIMER) return;  // another process sent this signal
   const int error = errno;
   ::fcntl(info->si_value.sival_int, F_SETFL, O_RDWR | O_NONBLOCK);
   errno = error;

@@ -115,7 +115,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 
   bool is_open() const { return socket_.has_value(); }
 
-  /// The alarm and the context must not act on a later file with the same descriptor.
+  /// Closes the socket, after the alarm and the context have released it: they must not act on a later file
+  /// with the same descriptor.
   void close_socket() {
     alarm_.reset();
     alarm_at_.reset();
@@ -196,7 +197,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
 
   void retry() {
     retrying_ = false;
-    if (is_open()) {  // send() already detected that the interface is lost
+    if (is_open()) {  // send() found the interface lost, and left the socket open
       lose_interface();
       return;
     }
@@ -227,8 +228,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     });
   }
 
-  /// Queries the state. A virtual interface has none: only an error frame, or taking the interface down, ends
-  /// its bus-off.
+  /// Queries the state of the CAN controller. A virtual interface reports no state: only an error frame, or
+  /// taking the interface down, ends its bus-off.
   void ask_whether_restarted() {
     const auto found = query_interface(interface_);
     if (found && found->up && found->bus_state && *found->bus_state != BusState::bus_off) {
@@ -243,7 +244,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   std::vector<Filter> filters_;
   std::optional<Descriptor> socket_;                      ///< nullopt while the interface is down
   asio::posix::basic_stream_descriptor<Executor> watch_;  ///< the socket, while the context waits for frames
-  std::optional<SocketAlarm> alarm_;                      ///< of the socket, while receive_before() waits
+  std::optional<SocketAlarm> alarm_;                      ///< ends the wait in receive_before()
   std::optional<Time> alarm_at_;
   SteadyTimer retry_timer_;    ///< searches for the interface after it is lost
   SteadyTimer restart_timer_;  ///< queries whether bus-off has ended

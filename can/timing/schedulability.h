@@ -63,12 +63,14 @@ struct FrameResponse {
   /// Worst-case response time, from the start of the period of the frame (jitter included) to the end of the
   /// interframe space after the frame; nullopt: the response time has no bound.
   std::optional<Duration> response;
-  std::uint64_t instance = 0;  ///< number of the instance with the worst response in the busy period, from 0
-  bool schedulable = false;    ///< true if the response time is at most the deadline
+  /// Number of the frame instance with the longest response time. Instances are counted from 0 in the busy
+  /// period, the longest time without a pause on the bus.
+  std::uint64_t instance = 0;
+  bool schedulable = false;  ///< true if the response time is at most the deadline
 };
 
 struct Schedule {
-  std::vector<FrameResponse> frames;  ///< in the order of the input
+  std::vector<FrameResponse> frames;  ///< results in the order of the given frames
   double load = 0.0;                  ///< sum of transmission time / period of all frames; 1: bus is full
 };
 
