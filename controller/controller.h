@@ -65,7 +65,8 @@ struct CommonConfig {
   can::Duration start_timeout{std::chrono::seconds(5)};
   std::optional<Realtime> realtime{};
   BlackBox::Config black_box{};
-  std::string control_socket;          ///< Empty: the path that default_socket() returns; "none": no socket.
+  /// Path of the control socket. Empty: the path that default_socket() returns; "none": no socket.
+  std::string control_socket;
   std::filesystem::path state_folder;  ///< Folder for state saved at a clean stop; empty: nothing is saved.
 };
 

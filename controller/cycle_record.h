@@ -28,7 +28,7 @@ struct CycleCounters {
 
 /// Times within a cycle, measured from its SYNC.
 struct CyclePhases {
-  can::Duration period{};        ///< from the last SYNC to this one
+  can::Duration period{};        ///< time from the last SYNC to this one
   can::Duration lateness{};      ///< delay of the SYNC after its deadline
   can::Duration sample_heard{};  ///< arrival of the sample (kernel's timestamp); zero if none arrived
   can::Duration command_sent{};

@@ -15,8 +15,8 @@ class SampleFrame : public ReceivedFrame {
  public:
   using ReceivedFrame::ReceivedFrame;
 
-  /// Adds a SYNC counter by the name of its signal. Several axes may share one counter. Returns the place of
-  /// the counter, which is the same for the same name.
+  /// Adds a SYNC counter by the name of its signal. Several axes may share one counter. Returns the index of
+  /// the counter, as `place` for is_doubled(). The same name gives the same index.
   std::size_t add_sync_counter(const std::string& signal);
   /// True if this frame and an earlier, different frame were both accepted with the same SYNC counter. An
   /// identical repeated frame does not count. The answer is computed once for each frame.

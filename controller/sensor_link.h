@@ -48,7 +48,7 @@ class SensorLink : public RemoteNode {
  private:
   can::Layout<can::SensorSample> layout_;
   SampleFrame& samples_;
-  std::optional<std::size_t> sync_place_;  ///< Place of the SYNC counter; empty: samples have no counter.
+  std::optional<std::size_t> sync_place_;  ///< Index for is_doubled(); empty: samples have no SYNC counter.
   bool is_doubled_ = false;
   bool late_sample_ = false;    ///< True if a sample arrived too late since the last step.
   std::uint64_t heard_in_ = 0;  ///< The last cycle whose sample arrived in time.

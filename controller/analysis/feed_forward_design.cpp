@@ -19,7 +19,7 @@ using Complex = std::complex<double>;
 constexpr int reach = feed_forward_reach, weights = 2 * reach + 1;
 using Weights = Eigen::Vector<double, weights>;
 constexpr int design_grid = 400;     ///< number of frequencies theta in the design, up to pi (half the rate)
-constexpr double flat_below = 0.03;  ///< frequency below which the weight W(theta) is nearly constant
+constexpr double flat_below = 0.03;  ///< frequency theta below which the weight of errors is nearly constant
 constexpr int aliases = 6;           ///< number of aliases on each side of a frequency in the design
 
 /// Returns the response from the setpoints to the position at the m-th alias of the frequency `theta`, with
@@ -75,7 +75,7 @@ unsigned whole_periods(double cycles_per_period) {
 /// the position.
 struct AliasSums {
   double reference = 0.0;              ///< sum of |R|^2; R: harmonic of the reference
-  std::complex<double> reached = 0.0;  ///< sum of conj(P) R; P: response to the setpoints
+  std::complex<double> reached = 0.0;  ///< sum of conj(P) R; P: response to setpoints, R: reference harmonic
   double gain = 0.0;                   ///< sum of |P|^2; P: response to the setpoints
 };
 

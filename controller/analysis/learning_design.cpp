@@ -18,8 +18,9 @@ constexpr int half_grid = 768;  ///< number of frequency steps from 0 to pi (hal
 constexpr std::size_t most_taps = 97;
 constexpr double regularisation = 0.02;
 
-/// Returns the factor per period with which an error falls to a tenth within 20 periods at the default rate.
-/// With a lower learning rate, the factor is larger. An error with a smaller factor counts as learnt soon.
+/// An error is multiplied by a factor in each period. Returns the limit of this factor below which the error
+/// counts as learnt soon. At the default learning rate, this means a tenth after 20 periods. A lower learning
+/// rate has a larger limit.
 double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
 /// Tolerance in cycles: a number of cycles that is this close to a whole number counts as whole.
@@ -154,8 +155,9 @@ bool finds_filter(const std::vector<LearningResponse>& responses, const Learning
   return false;
 }
 
-/// Selects how many periods are learnt together: the smallest number that is a whole number of cycles, or
-/// else the number nearest to one. `cycles`: cycles of one period.
+/// Selects how many periods are learnt together, at most ten: the smallest number of periods that lasts a
+/// whole number of cycles. If there is none, selects the number of periods whose duration is nearest to a
+/// whole number of cycles. `cycles`: cycles of one period.
 void set_phases(LearningDesign& design, double cycles) {
   constexpr unsigned most_periods = 10;
   design.slip_cycles = 1.0;

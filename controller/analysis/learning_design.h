@@ -41,7 +41,8 @@ struct LearningDesign {
   /// Difference between `periods` periods and a whole number of cycles. Corrections are interpolated between
   /// cycles.
   double slip_cycles = 0.0;
-  /// Highest frequency at which the error falls to a tenth within 20 periods, at the default rate.
+  /// Frequency up to which an error falls to a tenth within 20 periods at the default learning rate. With a
+  /// lower learning rate, more periods are allowed.
   double highest_Hz = 0.0;
   double slowest_Hz = 0.0;       ///< frequency below highest_Hz at which learning is slowest
   double slowest_periods = 0.0;  ///< periods until the error at slowest_Hz has fallen to a tenth

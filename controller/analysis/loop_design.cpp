@@ -80,8 +80,8 @@ struct Best {
   double ratio = 0.0;
   double ki_per_cycle = 0.0;
 };
-/// Returns the ratio kp / (ki T) with the largest ki T; T: cycle. Tries `count` ratios in steps of `step`,
-/// starting at `from`.
+/// Tries `count` ratios kp / (ki T) in steps of `step`, starting at `from`. Returns the ratio that allows the
+/// largest ki T without exceeding `peak_sensitivity`. T: cycle.
 Best best_ratio(const Responses& of, double peak_sensitivity, double from, double step, int count) {
   Best best;
   for (int i = 0; i < count; ++i) {
@@ -156,8 +156,9 @@ LoopConfig with_notch(const LoopConfig& config, const PlantUncertainty& uncertai
   return best;
 }
 
-/// Returns `config` with each of several notches that cancel the mode. The zeros of a notch are at the mode's
-/// frequency and have twice its damping ratio. The damping ratios of the poles are `widths`.
+/// Returns copies of `config`, each with another notch that cancels the mode. The zeros of each notch are at
+/// the mode's frequency and have twice its damping ratio. Each copy has one of the `widths`, which is the
+/// damping ratio of the notch's poles.
 std::vector<LoopConfig> with_cancelling_notches(const LoopConfig& config) {
   constexpr std::array widths{0.2, 0.35, 0.6, 1.0};
   const double frequency_Hz = std::min(config.delays.resonance_Hz, 0.49 / config.cycle_s);
@@ -182,7 +183,8 @@ void require(const CautiousRule& rule) {
 /// Returns the resonance frequencies, in Hz, of the plants that corners_of() returns.
 std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cycle_s) {
   constexpr int fewest = 5;
-  // Shares of the rate: step of the resonances, and a resonance that has no effect.
+  // Maximum step between two resonances, and a resonance that is too high to have an effect. Both are
+  // multiples of the rate.
   constexpr double share_of_rate = 0.02, without_mode = 1e3;
   const double rate_Hz = 1.0 / cycle_s, half_Hz = 0.5 * rate_Hz;
   const bool has_end = std::isfinite(resonance_Hz.hi);

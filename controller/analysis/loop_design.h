@@ -41,7 +41,7 @@ namespace hystcan::controller {
 struct PlantUncertainty {
   model::Interval resonance_Hz;  ///< upper end is infinite if no record has shown the mode
   model::Interval damping_ratio;
-  model::Interval longer_s{0.0, 0.0};  ///< additional pure delay in s
+  model::Interval longer_s{0.0, 0.0};  ///< range of an additional pure delay, in s
 
   bool shows_mode() const;
 };
@@ -60,11 +60,11 @@ std::vector<LinearLoop> corners_of(const LoopConfig& config, const PlantUncertai
 
 struct SensitivityRule {
   double peak_sensitivity = 1.7;    ///< maximum of 1 / |1 + L|, > 1; L: open loop
-  double resonance_percent = 10.0;  ///< the resonance may be this far outside its interval
+  double resonance_percent = 10.0;  ///< the resonance may be outside its interval by this percentage
 };
 struct CautiousRule {
   double phase_margin_deg = 60.0;
-  double gain_margin = 2.0;  ///< as a factor: 2 is 6 dB
+  double gain_margin = 2.0;  ///< minimum gain margin as a factor: 2 is 6 dB
 };
 
 /// Returns the gains with the largest ki that satisfy the rule at every corner, with the notch and the low
@@ -90,7 +90,7 @@ std::vector<LoopConfig> designs(const LoopConfig& config, const PlantUncertainty
 
 struct JudgedLoop {
   Margins margins;  ///< margins with the plant of the configuration
-  Margins worst;    ///< worst value of each margin at the corners of the uncertainty
+  Margins worst;    ///< worst value of each margin over all plants of corners_of()
 };
 JudgedLoop judge(const LoopConfig& config, const PlantUncertainty& uncertainty);
 

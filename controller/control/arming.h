@@ -64,9 +64,9 @@ class ArmingBlocks {
 static_assert(arming_block_count <= 16,
               "the bits of ArmingBlocks must suffice for all values of ArmingBlock");
 
-/// Returns the conditions up to `sample` that are missing: for each node only the first condition, because
-/// the later conditions depend on it. For an amplifier that is ready, returns both amplifier_output and
-/// amplifier_rest if both are missing. The output may be outside the gate's range by 1 % of this range,
+/// Returns the conditions up to the enumerator `sample` that are not met: for each node only the first one,
+/// because the later conditions depend on it. For an amplifier that is ready, returns both amplifier_output
+/// and amplifier_rest if both are not met. The output may be outside the gate's range by 1 % of this range,
 /// because its measurement has an error.
 ArmingBlocks arming_blocks_of(const AxisInput& input, const Gate::Config& gate);
 

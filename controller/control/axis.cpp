@@ -59,7 +59,7 @@ std::optional<Refusal> Axis::clear() {
 void Axis::trip(Cause cause, double time_s) {
   fall_.trip({cause, time_s}, controller::is_in_use(state_), config_.fault_ramp_per_s);
   state_ = AxisState::faulted;
-  memory_known_ = false;  // the output moves to the safe drive on an unknown path
+  memory_known_ = false;  // the actuator now moves on a path that is not known
 }
 
 ClosedLoop* Axis::loop_for_live_setpoints() {
@@ -186,7 +186,8 @@ AxisInput Axis::examine(const AxisInput& input) {
   if (verdict.position_um) at_last_sample_ = course_.mark();
   AxisInput examined = input;
   examined.position_um = verdict.position_um;
-  examined.dt_s -= input.waited_s - waited_s_;  // ramps, slew and law wait while the references wait
+  // A late SYNC makes the references wait. Ramps, slew and law wait for the same time.
+  examined.dt_s -= input.waited_s - waited_s_;
   const bool ramps = state_ == AxisState::initialising;
   output_check_.step(drive_, ramps ? config_.wipe_slew_per_s : config_.gate.slew_per_s, input);
   // If the amplifier's output does not follow the drive, this explains why the position does not change.

@@ -122,7 +122,7 @@ class Axis {
   double tracking_since_s_ = 0.0;
   model::Interval reach_;  ///< allowed positions of a live setpoint
   double now_s_ = 0.0;     ///< reference time of the last step
-  double waited_s_ = 0.0;  ///< total time that the references had waited at the last step
+  double waited_s_ = 0.0;  ///< total time that the references had waited for late SYNCs at the last step
   AxisState state_ = AxisState::offline;
   bool finished_ = true;  ///< finish() was called after the last decide()
   bool stopping_ = false;

@@ -39,8 +39,8 @@ class Course {
   model::Interval moved_um(const Mark& since) const;
 
  private:
-  using Positions = std::array<double, 2>;                 ///< positions under the two memories
-  using Memories = std::array<model::HysteresisState, 2>;  ///< the two possible memories of the model
+  using Positions = std::array<double, 2>;                 ///< positions in um under the two memories
+  using Memories = std::array<model::HysteresisState, 2>;  ///< extreme memories a, b (top of this file)
   /// The last positions of the model, stored at equal time steps. At most 32 positions cover the pure delays.
   struct UnderWay {
     std::array<Positions, 32> past{};

@@ -11,7 +11,8 @@ namespace hystcan::controller {
 Moments Delays::moments(double cycle_s) const {
   constexpr double two_pi = 2.0 * std::numbers::pi;
   const double omega = two_pi * resonance_Hz;
-  // Number of averages over a cycle: a hold, and an interpolation.
+  // A held drive delays by half a cycle, like a mean over one cycle. An interpolated drive is held and then
+  // averaged once more. `means` is the number of these means.
   const double means = interpolated ? 2.0 : 1.0;
   return {.mean_s = std::chrono::duration<double>(command_delay).count() + means * cycle_s / 2.0 + lag_s() +
                     2.0 * damping_ratio / omega,

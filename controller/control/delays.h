@@ -109,7 +109,7 @@ struct Notch {
   struct Config {
     double frequency_Hz = 100.0;  ///< centre of the notch, > 0, < half the rate
     double depth = 0.1;           ///< 0..1, gain at the centre
-    double width = 0.5;           ///< > 0, half the width, relative to the centre frequency
+    double width = 0.5;           ///< > 0, half the width of the notch, relative to its centre
 
     /// Returns the mean delay mu and the variance var of the discrete filter, including its warping. With the
     /// cycle T, w = 2 pi frequency_Hz and theta = (T / 2) / tan(w T / 2):
@@ -138,7 +138,7 @@ struct Notch {
   static State at_rest(double input) { return {input, input, input, input}; }
 };
 
-/// Returns the moments of the chain from demand to position, with the notch if there is one.
+/// Returns mean delay and variance of the chain from demand to position, with the notch if there is one.
 Moments chain_moments(const Delays& delays, const std::optional<Notch::Config>& notch, double cycle_s);
 
 /// Computes one step of a low pass with this corner frequency, from `before` towards `input`.

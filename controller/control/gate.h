@@ -10,10 +10,11 @@ namespace hystcan::controller {
 /// The reasons for which a drive was limited. They are bits, reported together with the drive.
 namespace limit {
 inline constexpr std::uint8_t none = 0;
-inline constexpr std::uint8_t range = 0x01;       ///< limited to drive_min or drive_max
-inline constexpr std::uint8_t slew = 0x02;        ///< limited to slew * dt from the last drive
-inline constexpr std::uint8_t not_finite = 0x04;  ///< NaN or infinite: the last drive is held
-inline constexpr std::uint8_t model = 0x08;       ///< the demanded position is outside the model's range
+inline constexpr std::uint8_t range = 0x01;  ///< the drive is limited to drive_min or drive_max
+inline constexpr std::uint8_t slew = 0x02;   ///< the drive is limited to slew * dt from the last drive
+/// The requested drive is NaN or infinite: the last drive is held.
+inline constexpr std::uint8_t not_finite = 0x04;
+inline constexpr std::uint8_t model = 0x08;  ///< the demanded position is outside the model's range
 /// The model cannot be inverted at the demanded position, because its branch does not increase there.
 inline constexpr std::uint8_t not_invertible = 0x10;
 }  // namespace limit

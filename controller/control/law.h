@@ -106,8 +106,8 @@ class ControlLaw {
 
   /// Moves the memory to a drive that was applied without this law, for example on a ramp.
   void follow(double applied_drive) { full_.advance(memory_, applied_drive); }
-  /// Completes the creep of the model. Called after the actuator has rested for a long time at the last
-  /// applied drive.
+  /// Sets the creep of the model to its final value. Called after the actuator has rested for a long time at
+  /// the last applied drive.
   void settle() { creep_.settle(creep_state_, memory_.output); }
   /// Lets the model creep for dt_s at the last applied drive. Called once in each cycle, before propose().
   void elapse(double dt_s) { creep_.advance(creep_state_, memory_.output, dt_s); }
@@ -115,8 +115,8 @@ class ControlLaw {
   /// offset between sensor and model. Returns the position where the reference must start: the measured
   /// position if the structure has PI, otherwise the position of the model.
   double restart(double position_um);
-  /// Sets the memory of the model to a known state, with complete creep. Allocates only if the capacity of
-  /// `memory` is above the default.
+  /// Sets the memory of the model to a known state, and its creep to the final value. Allocates only if the
+  /// capacity of `memory` is above the default.
   void remember(const model::HysteresisState& memory) {
     memory_ = memory;
     settle();
@@ -157,7 +157,7 @@ class ControlLaw {
   Config config_;
   model::Hysteresis full_, average_, line_;
   model::HysteresisState memory_;                    ///< memory of the full model, with every structure
-  model::HysteresisState average_rest_, line_rest_;  ///< constant states of the two models without memory
+  model::HysteresisState average_rest_, line_rest_;  ///< states of average_ and line_; constant
   model::OutputCreep creep_;
   model::OutputCreep::State creep_state_;
   Notch::Coefficients notch_;

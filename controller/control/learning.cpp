@@ -20,8 +20,8 @@ constexpr double fade_s = 0.02;
 /// `grown_periods` consecutive periods.
 constexpr double grown_factor = 1.3;
 constexpr unsigned grown_periods = 3;
-/// Duration in periods of a rest, in which a segment is not corrected. The last period of a rest measures the
-/// error without learning again.
+/// Number of periods for which a segment rests after a failed attempt to learn. A resting segment is not
+/// corrected. Its last period gives a new value for the error without learning.
 constexpr unsigned rest_periods = 3;
 constexpr unsigned most_attempts = 3;
 /// An error that exceeds the largest error without learning by this factor is a glitch, which is not learnt.

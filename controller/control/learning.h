@@ -73,12 +73,13 @@ class Learning {
   };
   /// Settings of the user, and the plans designed from them.
   struct Config {
-    double rate = 0.5;                ///< share of the error that one period corrects, > 0 to 1
-    double forget_percent = 0.2;      ///< share of the correction that is lost in each period
-    double correction_max_um = 0.0;   ///< maximum absolute value of a correction
-    double resonance_percent = 10.0;  ///< the filter tolerates a resonance that differs by up to this
-    bool frozen = false;              ///< corrects with the learnt values, but does not learn
-    std::size_t ahead_cycles = 0;     ///< lead of the correction in the feed-forward, in whole cycles
+    double rate = 0.5;               ///< share of the error that one period corrects, > 0 to 1
+    double forget_percent = 0.2;     ///< share of the correction that is lost in each period
+    double correction_max_um = 0.0;  ///< maximum absolute value of a correction
+    /// The filter also works if the resonance differs from the configured one by up to this percentage.
+    double resonance_percent = 10.0;
+    bool frozen = false;           ///< corrects with the learnt values, but does not learn
+    std::size_t ahead_cycles = 0;  ///< lead of the correction in the feed-forward, in whole cycles
     std::vector<Plan> plans{};  ///< one plan for each segment; plan_learning() designs ahead_cycles and plans
   };
   struct Report {
@@ -129,7 +130,8 @@ class Learning {
   bool restore(const std::vector<std::vector<double>>& table);
 
  private:
-  /// A time between the phases `index` and `next`. `share` is the distance from phase `index`, 0 to 1 phase.
+  /// A time between two phases (cycles of the period), `index` and `next`. `share` is the distance from phase
+  /// `index`, 0 to 1 phase.
   struct Phase {
     std::size_t index, next;
     double share;
@@ -141,7 +143,7 @@ class Learning {
     metrics::ErrorStatistics present{};  ///< errors of the present period; a glitch counts only up to a limit
     bool is_known = false;               ///< true: first_rms_um and first_largest_um are set
     double first_rms_um = 0.0, first_largest_um = 0.0;  ///< errors in the period without learning
-    unsigned grown = 0;    ///< consecutive periods with an error larger than first_rms_um
+    unsigned grown = 0;    ///< consecutive periods with an RMS error above 1.3 first_rms_um
     unsigned resting = 0;  ///< remaining periods without correction after a failed attempt
     unsigned failed = 0;   ///< attempts in which the error grew
 
@@ -167,10 +169,11 @@ class Learning {
     Judgement judgement;
   };
 
-  /// The correction that is output. It follows its target; if the target begins or ends, the jump fades out.
+  /// The correction that is added to the reference. It equals its target, the learnt correction. If the
+  /// target begins or ends, the correction does not jump: the difference fades out.
   struct Output {
     double last_um = 0.0;
-    double fading_um = 0.0;  ///< part of a jump that has not faded out yet
+    double fading_um = 0.0;  ///< remaining difference from the target
     bool follows = false;
     double step(const std::optional<double>& target_um, double decay);
   };

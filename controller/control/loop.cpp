@@ -54,8 +54,9 @@ void ClosedLoop::resume(double t_s) {
 }
 
 // At the upper threshold, all memory of the actuator is wiped out. From there on, the model's memory agrees
-// with it, whichever way the drive turns. For a butterfly actuator (a model with an output map), or if
-// drive_min is above the lower threshold, the upper threshold alone is visited.
+// with the actuator's memory. If drive_max reaches the upper threshold, the lower threshold is not visited in
+// two cases: for a butterfly actuator (a model with an output map), or if drive_min is above the lower
+// threshold.
 std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
   const model::HysteresisParameters& model = law_.model().parameters();
   const model::Interval& thresholds = model.input_range();

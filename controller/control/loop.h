@@ -94,7 +94,7 @@ class ClosedLoop {
   FollowingError following_error_;
   std::optional<Learning> learning_;
   bool is_limited_ = false;     ///< a limit was active for the last drive
-  Moments moments_;             ///< moments from demand to position
+  Moments moments_;             ///< mean delay and variance from demand to position
   double moments_for_s_ = 0.0;  ///< the cycle time for which moments_ was computed; 0: not computed yet
   double coupled_at_first_um_ = 0.0;
 };

@@ -6,23 +6,32 @@
 namespace hystcan::controller {
 namespace {
 
-constexpr double smallest_turn = 1.0 / 32.0;  // share of the amplitude: a smaller reversal is not a turn
-// Share of the swing of the previous two half-periods. A smaller reversal of the error is only the mode,
-// which rings while the drive rests.
+// The error turns only if it moves back by more than this share of `amplitude_um`. A smaller motion is noise.
+constexpr double smallest_turn = 1.0 / 32.0;
+// The error turns only if it also moves back by more than this share of the swing of the previous two
+// half-periods. A smaller motion is only the stage's mode, which rings while the drive rests.
 constexpr double smallest_share = 1.0 / 8.0;
-constexpr std::size_t few = 4, many = 8;  // numbers of pairs of half-periods that are compared
-constexpr double fast_growth = 4.0;       // minimum ratio of the newest to the oldest of `few` pairs
-constexpr double slow_growth = 1.5;       // minimum ratio of the newest to the oldest of `many` pairs
-// Minimum swing before the newest pair, as a share of the limit: a knock has a small swing before it.
+constexpr std::size_t few = 4, many = 8;  // numbers of compared pairs of half-periods
+// An oscillation grows if the swing of the newest pair is more than this many times the swing of the oldest
+// pair: within `few` pairs for fast growth, within `many` pairs for slow growth.
+constexpr double fast_growth = 4.0;
+constexpr double slow_growth = 1.5;
+// Minimum swing of the pair before the newest pair, as a share of the swing that counts as an oscillation. A
+// knock on the stage is no growth: before a knock, the swing is smaller.
 constexpr double before_growth = 1.0 / 8.0;
-constexpr double no_decay = 0.95;  // minimum ratio of the newest swings to those eight half-periods earlier
-// Maximum ratio of the longest to the shortest half-period of one direction.
+// An oscillation stays if the largest swing of the newest four pairs is at least this share of the largest
+// swing of the four pairs before.
+constexpr double no_decay = 0.95;
+// Maximum ratio of the longest to the shortest half-period, among those in which the error rises, and among
+// those in which it falls.
 constexpr std::size_t unevenness = 4;
-// Maximum ratio of the longest to the shortest half-period of both directions.
+// Maximum ratio of the longest to the shortest half-period, among all.
 constexpr std::size_t longer_way = 16;
 constexpr std::size_t short_spike = 4;  // maximum length of a spike, in cycles
-constexpr double step_response = 1.5;   // ratio of a mode's swing after a step to twice the step
-// Factor by which a mode with a damping of 0.017 amplifies the second differences of the reference.
+// A step of the reference makes the mode ring. A swing below this many times the sum of |second differences|
+// of the reference (for a step: twice its height) may come from a step. The loop is then not judged.
+constexpr double step_response = 1.5;
+// Factor by which a mode with a damping ratio of 0.017 amplifies the second differences of the reference.
 constexpr double amplification = 30.0;
 
 }  // namespace

@@ -59,13 +59,15 @@ class ReferenceWindow {
 /// The nominal plant from the demand to the sample, as a recursion from cycle to cycle.
 struct PlantRecursion {
   struct Term {
-    std::complex<double> share;  ///< factor of the drive's change in this term; 0: the term is not used
+    std::complex<double> share;  ///< factor s of the drive's change in the term (top of file); 0: no term
     std::complex<double> decay;  ///< factor of the term from cycle to cycle: e^{p T}; p: a pole, T: cycle
   };
   struct Config {
     int delay_cycles = 0;  ///< delay of the plant: its input is the drive of this many cycles ago
     bool interpolated = false;
-    double constant = 0.0;  ///< factor of the drive's change if `interpolated`
+    /// Factor c of the drive's last change in the sample (see the top of this file). Used only if
+    /// `interpolated`.
+    double constant = 0.0;
     std::array<Term, 4> terms{};
     Notch::Coefficients notch{};
   };
@@ -80,9 +82,9 @@ struct PlantRecursion {
   static double step(const Config& config, State& state, double input);
 };
 
-/// The feed-forward that inverts the plant, and the sample that it makes the controller expect. The recursion
-/// of the plant continues from cycle to cycle, even if a SYNC is late. A restart would compute all cycles of
-/// the warm-up at once, which would delay the next SYNC too.
+/// The feed-forward that inverts the plant, and the expected sample, which a model of the plant computes from
+/// cycle to cycle. The model is not restarted if a SYNC is late: a restart computes up to warm_up_cycles at
+/// once, which would delay the next SYNC too.
 class PlantInverse {
  public:
   struct Config {
@@ -92,10 +94,11 @@ class PlantInverse {
 
   explicit PlantInverse(const Config& config) : config_(config) {}
 
-  /// Clears the state for a reference that rests until `rest_until_s`: the recursion begins at this time.
+  /// Clears the state for a reference that rests until `rest_until_s`: the model of the plant then starts at
+  /// rest at this time.
   void restart(double rest_until_s);
-  /// Changes the plant while the reference moves: the recursion then begins warm_up_cycles before the present
-  /// cycle.
+  /// Changes the plant while the reference moves: the model of the plant then starts warm_up_cycles before
+  /// the present cycle.
   void retune(const Config& config);
 
   /// Returns the output of the feed-forward. `t_s`: present time plus the mean delay of the chain.

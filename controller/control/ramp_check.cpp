@@ -12,8 +12,8 @@ constexpr double backwards_share = 0.25;
 // Travels of the drive, as shares of its range: until the first window begins, until a window is judged, and
 // until the next window begins.
 constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;
-// Minimum number of cycles in each of these parts of the ramp, in case the ramp is fast compared with the
-// rate.
+// Minimum number of cycles for each of the three travels above. If a fast ramp makes a travel in fewer
+// cycles, the check waits longer.
 constexpr unsigned least_cycles = 6;
 constexpr unsigned contradictions_to_trip = 3;
 

@@ -55,9 +55,9 @@ class RampCheck {
   /// window.
   struct Anchor {
     Course::Mark model{};
-    double seen_um = 0.0;  ///< measured position at the anchor
+    double seen_um = 0.0;  ///< measured position when the comparison began
     double drive = 0.0;
-    unsigned cycles = 0;  ///< cycles since the anchor was set
+    unsigned cycles = 0;  ///< cycles since the comparison began
   };
 
   void see(const AxisInput& input);

@@ -52,7 +52,7 @@ StartUp::Step StartUp::step(const AxisConfig& config, const AxisInput& input, co
       taken = wait(config, input, report);
       if (!report.arming_blocks.empty()) return taken;
       drive = std::clamp(input.health.amplifier_output, config.gate.drive_min, config.gate.drive_max);
-      clear_attempt_ = {};  // a later start must not continue this attempt to clear
+      clear_attempt_ = {};  // ends the attempt to clear the amplifier's fault
       begin_with(config.start_up != MemorySource::wipe && known.memory ? targets_.size() : 0);
       state_ = State::following;
       return {.command = taken.command, .moves = true};

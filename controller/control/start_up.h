@@ -46,7 +46,8 @@ class StartUp {
   /// Sets the drives that the ramp visits, in this order. The drive rests at each of them.
   void visit(std::vector<double> targets) { targets_ = std::move(targets); }
 
-  /// Begins with arming. `clear_fault`: tries once to clear a fault that is latched in the amplifier.
+  /// Begins the start-up in the state arming. `clear_fault`: tries once to clear a latched fault of the
+  /// amplifier.
   void begin(bool clear_fault);
   /// Selects whether the next arming tries once to clear the amplifier's fault.
   void attempt_clear(bool attempt);

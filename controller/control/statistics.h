@@ -57,7 +57,7 @@ class TrackingStatistics {
   std::vector<ErrorStatistics> segments_;
   std::vector<ErrorStatistics> against_ideal_;
   std::vector<LevelStatistics> levels_;
-  std::optional<std::size_t> level_of_;  ///< the segment whose levels are evaluated at present
+  std::optional<std::size_t> level_of_;  ///< segment whose step responses are evaluated now
 };
 
 /// The result of a run of one axis.

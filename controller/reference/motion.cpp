@@ -41,7 +41,7 @@ double mean(double t, double half, const Integral& integral) {
 /// Returns the time at which the turnaround has this slope. The slope never decreases, so bisection finds the
 /// time.
 double where_slope_is(const Turnaround& turnaround, double slope) {
-  if (slope == 0.0) return 0.0;  // because the turnaround is symmetric
+  if (slope == 0.0) return 0.0;  // a turnaround is symmetric, so its slope is 0 at the time 0
   double before_s = -0.5 * turnaround.length_s();
   double after_s = -before_s;
   for (int i = 0; i < 60; ++i) {
@@ -190,7 +190,8 @@ Motion MonotoneCubic::at(double x) const {
 }
 
 /// Returns the motion on piece i of the curve, at the time u after its beginning: y_i + m_i u + c2 u^2 + c3
-/// u^3. y_i and m_i are position and slope at the beginning of the piece.
+/// u^3. y_i and m_i are position and slope at the beginning of the piece. c2 and c3 are set so that position
+/// and slope also agree at the end of the piece.
 Motion MonotoneCubic::on_piece(std::size_t i, double u) const {
   const double h = x_[i + 1] - x_[i];
   const double d = (y_[i + 1] - y_[i]) / h;

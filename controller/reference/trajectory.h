@@ -146,7 +146,7 @@ class Trajectory {
   double rest_of_pass_s_ = 0.0;
   double end_um_ = 0.0;
   double begin_s_ = 0.0;  ///< time at which the first pass through the segments begins
-  Handover first_entry_;  ///< from the start position or another reference into the first shape
+  Handover first_entry_;  ///< motion from the start, or from another reference, into the first shape
   std::optional<Joining> joining_;
   bool live_ = false;
   double live_since_s_ = 0.0;
