@@ -158,7 +158,7 @@ FrameBits fd_bits(const Frame& frame) {
   }
   // The stuff count begins with a fixed stuff bit. It replaces the stuff bit that the last data bit may need.
   const unsigned stuffed = stuffing.count() - (stuffing.ends_stuffed(last & 1U) ? 1 : 0);
-  // The stuff count, the CRC and its fixed stuff bits.
+  // Number of bits in the stuff count, the CRC and the fixed stuff bits.
   const unsigned checked_bits = length <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;
   const unsigned switched_bits = fd_control_bits - 1 + 8U * length + checked_bits + 1;  // + 1: CRC delimiter
   const unsigned head_bits = header.length - (fd_control_bits - 1);

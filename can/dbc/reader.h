@@ -64,8 +64,8 @@ class Reader {
     std::string_view name;
     std::vector<std::string_view> signals;
     std::multimap<std::string_view, std::size_t> signal_by_name;
-    std::optional<bool> fd;        ///< meaning of the message's VFrameFormat; nullopt if it has none
-    std::optional<bool> switches;  ///< meaning of the message's CANFD_BRS; nullopt if it has none
+    std::optional<bool> fd;        ///< true if VFrameFormat states CAN FD; nullopt if it is missing
+    std::optional<bool> switches;  ///< true if CANFD_BRS is not 0; nullopt if it is missing
   };
 
   /// The object that a comment or an attribute applies to.

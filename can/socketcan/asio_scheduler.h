@@ -1,4 +1,4 @@
-// The scheduler on Boost.Asio, in real time.
+// A Scheduler (can/scheduler.h) in real time, with Boost.Asio.
 #pragma once
 
 #include <functional>

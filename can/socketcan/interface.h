@@ -20,7 +20,7 @@ struct Interface {
   int index = 0;
   bool up = false;
   bool is_can = false;
-  std::string kind;                   ///< "vcan", "vxcan", "can"; empty if the driver reports none
+  std::string kind;                   ///< kind of driver: "vcan", "vxcan", "can"; empty if not reported
   std::optional<BusState> bus_state;  ///< state of the CAN controller
   std::optional<std::uint32_t> bitrate_bit_per_s;
   std::optional<std::uint32_t> data_bitrate_bit_per_s;  ///< bit rate of the CAN FD data phase

@@ -1,4 +1,4 @@
-// A real SocketCAN interface on Boost.Asio, in real time.
+// A Bus (can/bus.h) on a real SocketCAN interface, with Boost.Asio.
 #pragma once
 
 #include <memory>
