@@ -45,7 +45,7 @@ class CommandFrame {
            can::Rejection::repeated_counter;
   }
 
-  /// Begins a cycle: from now on, no axis has put its command, and no command of this cycle is sent.
+  /// Begins a cycle: no axis has put its command yet, and the frame of this cycle is not sent yet.
   void begin_cycle();
   /// True if the axis at `place` has put its command of this cycle.
   bool has(std::size_t place) const { return slots_[place].is_put; }

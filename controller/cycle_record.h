@@ -62,7 +62,7 @@ static_assert(std::is_trivially_copyable_v<CycleRecord>,
 
 struct CycleColumn {
   enum class Kind : std::uint8_t {
-    whole,   ///< an integer
+    whole,   ///< an integer, without decimals
     number,  ///< a number with `decimals` digits after the point
     axis,    ///< the index of the axis; in CSV its name
     state,   ///< the number of an AxisState; in CSV its name

@@ -7,7 +7,7 @@
 namespace hystcan::controller {
 
 struct Realtime {
-  static constexpr std::int64_t cpus_max = 1024;  ///< size of the kernel's fixed affinity mask
+  static constexpr std::int64_t cpus_max = 1024;  ///< size of the kernel's affinity mask, in processors
 
   int priority = 0;                ///< SCHED_FIFO 1..99; 0: keeps the scheduling class of the program's start
   bool lock_memory = false;        ///< locks all pages in memory, so that a cycle never waits for a page

@@ -28,7 +28,7 @@ class SyncClock {
   explicit SyncClock(can::Duration period) : period_(period) {}
 
   void start(can::Time now, can::Duration to_first_sync);
-  /// Called when the next SYNC is sent.
+  /// Begins the next cycle. Called when its SYNC is sent.
   void begin_cycle(can::Time now);
   /// Called if no more SYNC is sent. `now` is then the time of the last step of the axes.
   void end(can::Time now) { cycle_.sync_sent = now; }

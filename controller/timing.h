@@ -58,11 +58,10 @@ class TimeStatistics {
 /// The times of one controller since its start. Each cycle adds one time to `period` and `lateness`, and one
 /// time per axis to the other members.
 struct CycleTiming {
-  TimeStatistics period;    ///< time from one SYNC to the next
-  TimeStatistics lateness;  ///< delay of the SYNC after its deadline
-  TimeStatistics
-      turnaround;  ///< from the arrival of the sample (kernel's timestamp) to the sending of the command
-  TimeStatistics execution;  ///< execution time of the axis's step
+  TimeStatistics period;      ///< time from one SYNC to the next
+  TimeStatistics lateness;    ///< delay of the SYNC after its deadline
+  TimeStatistics turnaround;  ///< time from sample arrival (kernel's timestamp) to sent command
+  TimeStatistics execution;   ///< execution time of the axis's step
 };
 
 struct NamedTime {

@@ -94,7 +94,7 @@ class FrequencySweep {
       before = theta[i];
       was = here;
     }
-    // The response at half the rate is real.
+    // At half the rate the response is real, so a negative response has a phase of 180 degrees.
     if (was.real() < 0.0) at_180_ = std::max(at_180_, std::abs(was));
     found_.peak_sensitivity = 1.0 / std::sqrt(least_distance_);
     found_.gain_margin = at_180_ > 0.0 ? 1.0 / at_180_ : std::numeric_limits<double>::infinity();
@@ -168,7 +168,7 @@ PlantRecursion::Config held_plant(const Delays& delays, double cycle_s, double l
     refuse("delay_s = ", delay_s, ", expected less than a million cycles");
   constexpr double rounding = 1e-9;  // tolerance: a delay of whole cycles stays whole
   const double cycles = std::ceil(delay_s / cycle_s - rounding);  // delay in cycles, rounded up
-  const double rest_s = cycles * cycle_s - delay_s;               // from the delay to the next whole cycle
+  const double rest_s = cycles * cycle_s - delay_s;  // time from the delay to the next whole cycle
   PlantRecursion::Config plant;
   plant.delay_cycles = static_cast<int>(cycles);
   plant.interpolated = delays.interpolated;
@@ -246,7 +246,7 @@ Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density) {
   std::vector<double> theta;
   for (int i = 1; i <= even; ++i) theta.push_back(pi_ * i / even);
   for (int i = 0; i < slow; ++i) theta.push_back(pi_ * std::pow(10.0, -4.0 + 4.0 * i / slow));
-  constexpr int per_decade = 10;  // few: these are far below the crossover of any practical loop
+  constexpr int per_decade = 10;  // a few are enough: no practical loop has its crossover here
   for (int i = 0; i < 3 * per_decade; ++i) theta.push_back(pi_ * std::pow(10.0, -7.0 + 1.0 * i / per_decade));
   const double omega = 2.0 * pi_ * config.delays.resonance_Hz * config.cycle_s;
   for (int i = -close; i <= close; ++i) {

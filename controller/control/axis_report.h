@@ -44,7 +44,7 @@ struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   double position_um = 0.0;   ///< last measured position
   double previewed_um = 0.0;  ///< output of the feed-forward
   double integral_um = 0.0;   ///< integral part of PI
-  double demand_um = 0.0;     ///< input of the inverse, after the notch; NaN in open loop
+  double demand_um = 0.0;     ///< demanded position, after the notch; NaN in open loop
   double drive = 0.0;         ///< commanded drive, the output of the gate
   std::uint8_t limits = limit::none;
   std::uint32_t memory_depth = 0;  ///< branches in the model's memory; 0 in open loop

@@ -26,11 +26,11 @@ class Course {
   /// Throws std::invalid_argument if the model is invalid.
   Course(const model::HysteresisParameters& parameters, const Delays& delays);
 
-  /// Restarts at rest at this drive. The memory of the actuator is unknown.
+  /// Restarts at rest at this drive, as if the memory of the actuator were unknown.
   void restart(double drive);
   /// Moves the model, under both possible memories, to the drive that was commanded last.
   void follow(double drive);
-  /// Called once in each cycle of a driven axis, after follow().
+  /// Computes the delayed positions. Called once in each cycle of a driven axis, after follow().
   void elapse(double dt_s, double cycle_s);
 
   double position_um() const { return mark_.front(); }

@@ -157,7 +157,7 @@ class ControlLaw {
   Config config_;
   model::Hysteresis full_, average_, line_;
   model::HysteresisState memory_;                    ///< memory of the full model, with every structure
-  model::HysteresisState average_rest_, line_rest_;  ///< states of average_ and line_; constant
+  model::HysteresisState average_rest_, line_rest_;  ///< constant: average_ and line_ have no memory
   model::OutputCreep creep_;
   model::OutputCreep::State creep_state_;
   Notch::Coefficients notch_;
@@ -170,7 +170,7 @@ class ControlLaw {
   double integral_before_um_ = 0.0;  ///< the integral before the last step
   double previewed_um_ = 0.0;
   double before_notch_um_ = 0.0;  ///< feed-forward plus PI, the input of the notch
-  double demand_um_ = 0.0;        ///< input of the inverse, after the notch
+  double demand_um_ = 0.0;        ///< demanded position, after the notch
 };
 
 }  // namespace hystcan::controller

@@ -142,10 +142,10 @@ class Learning {
   struct Judgement {
     metrics::ErrorStatistics present{};  ///< errors of the present period; a glitch counts only up to a limit
     bool is_known = false;               ///< true: first_rms_um and first_largest_um are set
-    double first_rms_um = 0.0, first_largest_um = 0.0;  ///< errors in the period without learning
+    double first_rms_um = 0.0, first_largest_um = 0.0;  ///< RMS and largest error without learning
     unsigned grown = 0;    ///< consecutive periods with an RMS error above 1.3 first_rms_um
     unsigned resting = 0;  ///< remaining periods without correction after a failed attempt
-    unsigned failed = 0;   ///< attempts in which the error grew
+    unsigned failed = 0;   ///< number of attempts in which the error grew
 
     bool has_ended() const;
     bool is_idle() const;  ///< resting or ended: no correction and no learning

@@ -65,8 +65,8 @@ std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
   return {thresholds.hi, thresholds.lo};
 }
 
-/// The coupling from the other axes at the start is part of the measured position, and therefore of the
-/// integral. The feed-forward compensates only later changes of the coupling.
+/// At the start, the measured position contains the displacement by the other axes (coupling), and the
+/// integral compensates it. Therefore the feed-forward compensates only later changes of the coupling.
 void ClosedLoop::begin(double t_s, double position_um, double coupled_um, bool goes_on) {
   coupled_at_first_um_ = coupled_um;
   if (plant_inverse_) plant_inverse_->restart(t_s);

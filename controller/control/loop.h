@@ -32,7 +32,8 @@ class ClosedLoop {
   void follow(double applied_drive) { law_.follow(applied_drive); }
   void settle() { law_.settle(); }
   void elapse(double dt_s) { law_.elapse(dt_s); }
-  /// Begins to track. `goes_on`: the loop continues after a pause, with the same time base.
+  /// Begins to track. `coupled_um`: present displacement by the other axes. `goes_on`: the loop continues
+  /// after a pause, with the same time base.
   void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
   /// Evaluates the reference for propose() at the time `t_s` in advance, so that propose() takes less time.
   void prepare(double t_s, double cycle_s);

@@ -25,7 +25,7 @@ constexpr double no_decay = 0.95;
 // Maximum ratio of the longest to the shortest half-period, among those in which the error rises, and among
 // those in which it falls.
 constexpr std::size_t unevenness = 4;
-// Maximum ratio of the longest to the shortest half-period, among all.
+// Maximum ratio of the longest to the shortest half-period, among those of both directions.
 constexpr std::size_t longer_way = 16;
 constexpr std::size_t short_spike = 4;  // maximum length of a spike, in cycles
 // A step of the reference makes the mode ring. A swing below this many times the sum of |second differences|

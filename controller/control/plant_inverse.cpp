@@ -7,7 +7,7 @@
 namespace hystcan::controller {
 
 bool ReferenceWindow::continues(double t_s, double cycle_s) const {
-  constexpr double on_time = 0.25;  // tolerance, as a share of a cycle
+  constexpr double on_time = 0.25;  // tolerance of the time between two calls, as a share of a cycle
   return filled_ && std::abs(t_s - last_s_ - cycle_s) < on_time * cycle_s;
 }
 

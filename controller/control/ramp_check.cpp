@@ -9,8 +9,9 @@ namespace {
 constexpr double mean_cycles = 2.0, rest_cycles = 200.0;
 constexpr double floor_share = 0.003;  // share of the stroke that is added to the allowed error
 constexpr double backwards_share = 0.25;
-// Travels of the drive, as shares of its range: until the first window begins, until a window is judged, and
-// until the next window begins.
+// A window is a part of the ramp in which model and sensor must move by similar amounts. Travels of the
+// drive, as shares of its range: from a turn to the first window, and from the beginning of a window until
+// the window is judged and until the next window begins.
 constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;
 // Minimum number of cycles for each of the three travels above. If a fast ramp makes a travel in fewer
 // cycles, the check waits longer.
@@ -97,8 +98,8 @@ bool RampCheck::agrees_in_size(const Course& course) const {
          seen_um <= most_um / share + error_um();
 }
 
-/// Returns the smallest and the largest possible motion of the model since the anchor, in the present
-/// direction.
+/// Returns the smallest and the largest possible motion of the model since the anchor, the moment when the
+/// comparison began. A motion in the present direction is positive.
 model::Interval RampCheck::moved_um(const Course& course, const Anchor& anchor) const {
   const model::Interval moved = course.moved_um(anchor.model);
   return direction_ > 0.0 ? moved : model::Interval{-moved.hi, -moved.lo};

@@ -41,7 +41,7 @@ struct NodeHealth {
   bool amplifier_fault = false;    ///< the amplifier's last status reported a fault
   double amplifier_output = 0.0;   ///< output in the amplifier's last status, drive units
   bool output_reported = false;    ///< the amplifier sends statuses with its output
-  bool amplifier_moves = false;    ///< no status has shown the amplifier's output at rest yet
+  bool amplifier_moves = false;    ///< true until a status has shown the output at rest
   double status_age_s = 0.0;       ///< age of the last status; 0 if the amplifier sends none
 };
 
@@ -59,7 +59,7 @@ struct AxisInput {
   /// Total time for which the references have waited because of late SYNCs (sync_clock.h), since the
   /// controller's start.
   double waited_s = 0.0;
-  std::optional<double> position_um;  ///< `nullopt`: no sample arrived
+  std::optional<double> position_um;  ///< measured position; `nullopt`: no sample arrived
   bool sensor_status_good = true;
   bool late_sample = false;  ///< a sample of an earlier cycle arrived since the last step
   /// Reference time at which the axes began to track. `nullopt`: this axis does not begin to track yet.

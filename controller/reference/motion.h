@@ -134,7 +134,7 @@ class Sawtooth {
   double fall_s_ = 0.5;
   double lowest_s_ = 0.0;  ///< time from the sharp lower corner to the lowest point of the turnaround
   double bottom_um_ = 0.0;
-  double height_um_ = 1.0;  ///< height of the line with sharp corners
+  double height_um_ = 1.0;  ///< height of the sawtooth with sharp corners
 };
 
 // A position over time through given points. The pieces between the points are cubic Hermite polynomials, and

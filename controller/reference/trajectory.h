@@ -134,7 +134,7 @@ class Trajectory {
   std::vector<Segment> segments_;
   /// Transition into each segment; the first one starts at the end of the last segment.
   std::vector<Transition> entries_;
-  /// Time from the first shape's beginning to the transition into each segment.
+  /// For each segment: time from the beginning of the first shape to the transition into the segment.
   std::vector<double> begins_s_;
   bool repeat_;
   ReferenceLimits limits_;
