@@ -58,7 +58,7 @@ class SocketCanBus final : public Bus {
 
 class AsioScheduler;
 
-/// Runs a context until it is stopped, and waits in the socket of `bus`, the only one of the context. The
+/// Runs a context until it is stopped, and waits in the socket of `bus`, the context's only socket. The
 /// context handles signals and requests only at a deadline of the scheduler, or if a signal interrupts this
 /// thread.
 void run_in_socket(boost::asio::io_context& context, AsioScheduler& scheduler, SocketCanBus& bus);
