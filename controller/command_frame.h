@@ -54,7 +54,8 @@ class CommandFrame {
   bool is_answered() const { return is_answered_; }
   void end_cycle() { is_answered_ = true; }
 
-  /// Called if the bus reports echoes. On a bus that reports none, no frame ever waits.
+  /// Makes frames wait for the echo of the frame before. Called if the bus reports echoes; without echoes, no
+  /// frame ever waits.
   void begin_to_count_echoes() { echoes_ = true; }
   /// Puts the command of the axis at `place` into the frame. `nullopt`: the amplifier is not operational, and
   /// the frame contains the safe drive. Returns false if the drive is outside the range of its signal; the
@@ -65,8 +66,8 @@ class CommandFrame {
   /// unsent frames, the frame on its way counts as lost. Returns true if this frame replaces a waiting one,
   /// which is then never sent.
   bool send(can::Bus& bus);
-  /// Called for the echo of one of our frames, which the bus has carried. `last_sync`: counter of the last
-  /// SYNC that was queued.
+  /// Queues the waiting frame if the echo shows that the frame before it has left the interface. Called for
+  /// the echo of each of our frames. `last_sync`: counter of the last SYNC that was queued.
   void on_echo(const can::Frame& frame, std::uint8_t last_sync, can::Bus& bus);
   /// Discards the frames on their way. Called when the bus has lost them, or may have lost them.
   void forget();

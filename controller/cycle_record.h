@@ -20,7 +20,7 @@ namespace hystcan::controller {
 struct CycleCounters {
   std::uint64_t cycles = 0;
   std::uint64_t missed_cycles = 0;    ///< SYNCs omitted because this computer was too slow
-  std::uint64_t missing_samples = 0;  ///< cycles of an axis in use without a sample in time
+  std::uint64_t missing_samples = 0;  ///< cycles in which an axis in use had no sample in time
   std::uint64_t late_samples = 0;     ///< samples that arrived after their cycle
   /// Command frames that were replaced by a newer one before they were sent.
   std::uint64_t replaced_commands = 0;

@@ -28,7 +28,7 @@ class ReceivedFrame {
 
   /// Returns false if the frame is rejected; rejected frames are counted.
   bool accepts(const can::Frame& frame) { return !checker_.check(frame); }
-  /// Called after the node has restarted: its next frame may have any counter.
+  /// Accepts any message counter in the next frame. Called after the node has restarted.
   void restart() { checker_.restart(); }
   const can::E2eChecker& checker() const { return checker_; }
   can::RejectedFrames rejected() const { return can::rejected_frames(message_, checker_); }

@@ -5,7 +5,7 @@
 //   reference time = time - waited,    waited = sum of the latenesses of such SYNCs
 //
 // From SYNC to SYNC, the reference time advances by half a cycle to one and a half cycles. If the references
-// wait, it advances by at most one cycle.
+// wait, the reference time advances by at most one cycle.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class SyncClock {
   void start(can::Time now, can::Duration to_first_sync);
   /// Begins the next cycle. Called when its SYNC is sent.
   void begin_cycle(can::Time now);
-  /// Called if no more SYNC is sent. `now` is then the time of the last step of the axes.
+  /// Sets the time of the last step of the axes to `now`. Called if no more SYNC is sent.
   void end(can::Time now) { cycle_.sync_sent = now; }
 
   const Cycle& cycle() const { return cycle_; }

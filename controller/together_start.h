@@ -17,7 +17,8 @@ class TogetherStart {
   };
   explicit TogetherStart(const Config& config) : config_(config) {}
 
-  /// Called once per cycle, before the axes are stepped. `reference_s`: the present reference time.
+  /// Decides if the axes begin to track in this cycle. Called once per cycle, before the axes are stepped.
+  /// `reference_s`: the present reference time.
   void step(const WiredAxes& axes, can::Time now, double reference_s);
   /// Returns the reference time at which the axes began to track. Returns `nullopt` while no axis may begin.
   const std::optional<double>& tracking_since_s() const { return tracking_since_s_; }

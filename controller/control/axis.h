@@ -65,7 +65,8 @@ class Axis {
   /// Returns the law whose memory is to be saved after a clean stop. Returns null if the memory of the
   /// actuator is unknown, or in open loop.
   const ControlLaw* law_to_save() const;
-  /// Called with the saved memory before the first start. Ignored unless start-up is `restore`.
+  /// Sets the saved memory of the actuator, which is ignored unless start-up is `restore`. Called before the
+  /// first start.
   void restore(const model::HysteresisState& memory);
   /// Returns the closed loop; null in open loop.
   ClosedLoop* closed_loop() { return closed_loop_ ? &*closed_loop_ : nullptr; }

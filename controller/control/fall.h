@@ -18,7 +18,8 @@ class Fall {
  public:
   enum class State : std::uint8_t { none, ramping, safe };
 
-  /// Called when a fault occurs. Keeps the first fault. `is_driven`: true if the axis was driven until now.
+  /// Reacts to a fault: the drive ramps if the axis was driven and the cause allows a ramp; otherwise the
+  /// state is `safe` immediately. Keeps the first fault. `is_driven`: true if the axis was driven until now.
   /// `ramp_per_s`: slew of a ramp, 0 for no ramp.
   void trip(const Fault& fault, bool is_driven, double ramp_per_s);
   /// Called once in each cycle of a faulted axis. Returns the command. Replaces `drive`, the last commanded

@@ -68,7 +68,7 @@ class Learning {
     double cycle_s = 1e-3;
     double period_s = 0.0;       ///< duration of all phases; 0: `phases` cycles
     std::size_t judged = 0;      ///< number of cycles whose errors are judged together; 0: `phases`
-    std::vector<double> taps{};  ///< values of the filter: an odd number, at most `phases`
+    std::vector<double> taps{};  ///< filter coefficients; their number is odd, at most `phases`
     double duration_s = 0.0;     ///< duration of the segment
   };
   /// Settings of the user, and the plans designed from them.

@@ -29,8 +29,8 @@ class OutputCheck {
   OutputCheck(double drive_range, double lag_s) : drive_range_(drive_range), lag_s_(lag_s) {}
 
   void restart(double drive);
-  /// Called once in each cycle of a driven axis. `drive`: the last commanded drive, which changes by at most
-  /// `slew_per_s`.
+  /// Compares the reported output with `drive`, the last commanded drive, which changes by at most
+  /// `slew_per_s`. Called once in each cycle of a driven axis.
   void step(double drive, double slew_per_s, const AxisInput& input);
   /// Returns for how long the output has differed without interruption; 0 if it agrees or is not known.
   double differs_for_s() const { return differs_for_s_; }

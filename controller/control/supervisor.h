@@ -108,8 +108,8 @@ class Supervisor {
   void retune(const Config& config);
   /// Called before the axis is driven: resets all counters and timers.
   void restart();
-  /// Called once in each cycle of a driven axis, before its command. `course_um`: smallest and largest
-  /// possible motion of the position since the last accepted sample, computed from the drive (Course).
+  /// Checks the received data. Called once in each cycle of a driven axis, before its command. `course_um`:
+  /// smallest and largest possible motion since the last accepted sample, computed from the drive (Course).
   Verdict judge(const AxisInput& input, const model::Interval& course_um = {0.0, 0.0});
   /// Called once in each cycle of a driven axis, with the decided command and its active limits (gate.h).
   /// Returns the cause if the safe command must replace the command, or Cause::none.

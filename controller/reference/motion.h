@@ -116,7 +116,7 @@ class Sawtooth {
   Sawtooth(double low_um, double high_um, double period_s, double rise_share, const Turnaround& turnaround);
 
   Motion at(double t_s) const;
-  /// Returns the position of the line with sharp corners instead of turnarounds.
+  /// Returns the position of the line with sharp corners instead of rounded ones (turnarounds).
   double ideal_um(double t_s) const;
 
   double period_s() const { return rise_s_ + fall_s_; }

@@ -72,7 +72,7 @@ struct ScanPlace {
 /// Sets `wave` and `way_up_s`. Throws std::invalid_argument if the parameters contradict each other.
 void prepare(Raster& raster);
 Motion motion_of(const Raster& raster, double t_s);
-/// Returns the position that motion_of() would have with sharp corners instead of turnarounds.
+/// Returns the position that motion_of() would have with sharp corners instead of rounded ones (turnarounds).
 double ideal_of(const Raster& raster, double t_s);
 bool rests_in(const Raster& raster, double t_s);
 /// Returns the maximum velocity and acceleration of a raster. Corners and jumps do not count.

@@ -203,9 +203,9 @@ MotionBounds between(double from_um, double to_um) {
   return {.lowest_um = std::min(from_um, to_um), .highest_um = std::max(from_um, to_um)};
 }
 
-/// Adds the maximum velocity and acceleration of a sine that fades in within `fade_s`. Each maximum over all
-/// phases is the amplitude times the length of a vector. w, w', w'' are the envelope and its derivatives;
-/// omega and omega' are the angular frequency and its change:
+/// Adds the maximum velocity and acceleration of a sine that fades in within `fade_s`. Each maximum is the
+/// amplitude times the largest length of a vector during the fade. w, w', w'' are the envelope and its
+/// derivatives; omega and omega' are the angular frequency and its change:
 ///   velocity      (w', w omega)
 ///   acceleration  (w'' - w omega^2, 2 w' omega + w omega')
 void add_faded(MotionBounds& bounds, double amplitude_um, double frequency_Hz, double chirp_Hz_per_s,

@@ -132,8 +132,8 @@ double duration_s(const Shape& shape);
 double value_um(const Shape& shape, double t_s);
 /// True for a triangle or raster whose corners are rounded by turnarounds.
 bool has_turnarounds(const Shape& shape);
-/// Returns the position with sharp corners instead of turnarounds. Equals value_um() for a shape without
-/// turnarounds.
+/// Returns the position with sharp corners instead of rounded ones (turnarounds). Equals value_um() for a
+/// shape without turnarounds.
 double ideal_um(const Shape& shape, double t_s);
 /// Returns position, velocity and acceleration at `t_s`. At a corner or a jump, returns the motion after the
 /// corner or jump.

@@ -86,7 +86,8 @@ class Trajectory {
     bool live = false;          ///< true while the reference moves to a live setpoint or rests there
     bool at_rest = false;       ///< the value does not change; a jump between levels does not count as motion
     double shape_time_s = 0.0;  ///< time since the shape's beginning
-    /// The value with sharp corners instead of turnarounds. In a transition it equals value_um.
+    /// The value with sharp corners instead of rounded ones (turnarounds). In a transition it equals
+    /// value_um.
     double ideal_um = 0.0;
     std::optional<ScanPlace> scan{};  ///< frame, line and pixel of a raster; empty outside its lines
   };
