@@ -96,7 +96,7 @@ class DecimalStep {
 
  private:
   friend std::optional<DecimalStep> decimal_step(std::string_view theirs, std::string_view ours);
-  double multiplier_ = 1.0;  ///< 10^n if n > 0, else 1
+  double multiplier_ = 1.0;  ///< 10^n if n > 0, else 1; ours = theirs * 10^n
   double divisor_ = 1.0;
 };
 
