@@ -31,7 +31,8 @@ constexpr std::size_t short_spike = 4;  // maximum length of a spike, in cycles
 // A step of the reference makes the mode ring. A swing below this many times the sum of |second differences|
 // of the reference (for a step: twice its height) may come from a step. The loop is then not judged.
 constexpr double step_response = 1.5;
-// Factor by which a mode with a damping ratio of 0.017 amplifies the second differences of the reference.
+// A mode with a damping ratio of 0.017 amplifies the second differences of the reference by this factor. If
+// the second differences of the error are smaller, the reference may be their cause.
 constexpr double amplification = 30.0;
 
 }  // namespace
