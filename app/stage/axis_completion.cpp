@@ -37,7 +37,8 @@ using identification::Identified;
 Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
   identification::IdentifyOptions identify_options = records.model;
-  identify_options.observed_thresholds = true;  // the start-up can reach these thresholds
+  // The thresholds become the ends of the recorded drives. The start-up can drive the stage to these ends.
+  identify_options.observed_thresholds = true;
   identify_options.go_on = counted_trials(progress);
   return at_place(fmt::format("{}", fmt::join(records.names(), ", ")),
                   [&] { return identification::identify(records.loops, identify_options); });
@@ -187,8 +188,8 @@ void print_as_stated(const config::AxisConfig& axis) {
 }
 
 /// Returns how much the twin's actuator should deviate from the model, as a share of half the output range.
-/// The twin then misses the records by as much as the model misses the held-out data. The result is at least
-/// 1 %, because the true model changes from day to day.
+/// The twin then misses the records by as much as the model misses the held-out data. The result is from 1 %
+/// to 10 %; it is not 0, because the true model changes from day to day.
 double measured_share(const Identified& found, const AxisRecords& records) {
   constexpr double tried = 0.01, least = 0.01, most = 0.1;
   Identified other = found;

@@ -69,8 +69,8 @@ TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records,
 /// stated dynamics if there is none. Does not rehearse and prints nothing.
 void set_cautious_loop(Stage& stage, std::size_t i, const std::optional<IdentifiedPlant>& plant);
 
-/// Returns the proposed candidate if its predicted error is at least 2 % smaller than that of the loop that
-/// is written first; otherwise null.
+/// Returns the proposed candidate if its predicted error is at least 2 % smaller than the predicted error of
+/// the loop that the configuration gets first (see loop_name()); otherwise null.
 const Candidate* faster_of(const TuningReport& report);
 
 /// Returns the name of the loop that is written to the configuration first.

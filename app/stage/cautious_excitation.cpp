@@ -45,8 +45,9 @@ double covariance(const std::vector<double>& a, const std::vector<double>& b) {
 
 /// Returns true if the position clearly falls when the drive rises.
 bool falls(const std::vector<double>& drives, const std::vector<double>& positions_um) {
-  constexpr double clear =
-      -0.5;  // correlation; about 0 if the position is an even function of the drive, around zero drive
+  // Correlation of drive and position below which the position clearly falls. The correlation is about 0 if
+  // positive and negative drives move the actuator in the same direction, as in magnetostriction.
+  constexpr double clear = -0.5;
   return covariance(drives, positions_um) <
          clear * std::sqrt(covariance(drives, drives) * covariance(positions_um, positions_um));
 }
@@ -92,7 +93,9 @@ std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hyste
                                                          const Excitation::Hysteresis& loop,
                                                          const Interval& measured,
                                                          const controller::Supervisor::Config& limits) {
-  // Hysteresis curves are not straight, so an extrapolation is inexact: only a clear excess counts.
+  // Hysteresis curves are not straight, so the extrapolated range is inexact. `doubtful`: an excess is
+  // ignored up to this share of the range of `whole`. `kept`: share of the extrapolated change that the
+  // result uses.
   constexpr double doubtful = 0.2, kept = 0.7;
   const Interval fit = drives_within(loop, measured, limits);
   const double slack = doubtful * (whole.high - whole.low);

@@ -20,8 +20,8 @@ using identification::OrthonormalColumns;
 
 constexpr double two_pi = 2.0 * std::numbers::pi;
 
-// Columns of the linear equations for the amplitudes. The last columns, from `driven` on, belong to the
-// inputs.
+// Columns of the linear equations from which offset, drift, free decay and gains are solved. The columns from
+// `driven` on belong to the inputs, one column for each.
 enum Column : Index { offset, drift, free_cosine, free_sine, driven };
 
 /// Returns the indices of the unknowns that are not fixed by the bounds.

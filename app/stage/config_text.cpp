@@ -179,7 +179,8 @@ class FirstAxis {
   std::map<std::string, std::string>& remarks_;
   config::AxisConfig axis_;
   double range_;       ///< width of the drive range
-  double slew_per_s_;  ///< crosses the drive range in 2.5 periods of the mode, but not in less than 5 cycles
+  double slew_per_s_;  ///< drive units per second; a ramp at this rate crosses the drive range in 2.5 periods
+                       ///< of the mode, or in 5 cycles if that is longer
 };
 
 }  // namespace

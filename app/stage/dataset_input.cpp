@@ -57,7 +57,9 @@ class LongestStretch {
     const std::optional<Cycle> before = std::exchange(before_, cycle);
     if (!before || !before->is_driven || !cycle.is_driven || before->number + 1.0 != cycle.number)
       return end_stretch();
-    const bool follows_arming = transitions_++ == 0;  // in the cycle before, the drive was the safe drive
+    // True in the second cycle of a stretch. The row would contain the drive before the stretch, which was
+    // the safe drive; the row is therefore left out.
+    const bool follows_arming = transitions_++ == 0;
     const bool may_be_disabled = present_.size() == 0 && cycle.initialises && cycle.drive == before->drive;
     if (follows_arming || may_be_disabled) return;
     if (cycle.sample_missing)

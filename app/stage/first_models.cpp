@@ -59,10 +59,10 @@ ReferenceCurve moved(const ReferenceCurve& curve, const ReferenceCurve& other, d
 }
 
 /// Moves the ascending curve by `share` of half the output range, and makes the loop wider by the factor 1 +
-/// `share`.
+/// `share`. `alternating`: changes the coefficients of the curve with different signs (see off_by()).
 HysteresisParameters with_curves_off(const HysteresisParameters& given, double share, bool alternating) {
   HysteresisParameters p = given;
-  if (p.output_map) {  // the curves are inputs of the map, so the map is changed instead
+  if (p.output_map) {  // the map converts the curves to outputs; it is changed instead of the curves
     std::vector<double> map = p.output_map->coefficients();
     for (std::size_t j = 1; j < map.size(); ++j) map[j] *= 1.0 + share;
     p.output_map.emplace(map, p.output_map->inner());

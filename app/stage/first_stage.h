@@ -14,7 +14,8 @@ namespace hystcan::app {
 /// range and the resonance; their comments say so. The reference covers 80 % of the travel. The integral gain
 /// is cautious for a mode with damping ratio zeta and angular frequency omega:
 ///
-///   ki = zeta omega / 2      a quarter of the gain at which an integrator makes a mode unstable
+///   ki = zeta omega / 2      a quarter of the gain at which an integrator makes a mode unstable; ki is
+///                            limited to 0.1 of the cycle rate
 std::string config_text(const StageFacts& facts);
 
 /// Returns the positions at which a run is stopped. They are 15 % of the travel beyond its ends.

@@ -70,7 +70,7 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   box.max()[pure_share] = most_share;
   // If the mode is near half the rate, a delay looks like a shift of its frequency. Then the search also
   // starts at shifted frequencies.
-  constexpr double far_from_half = 0.2;  // as a share of the rate
+  constexpr double far_from_half = 0.2;  // a mode is near half the rate within this share of the rate
   const double cycles = std::exp(lag_alone.at[log_frequency]) * record.cycle_s();
   const bool is_near_half = std::abs(cycles - 0.5) < far_from_half;
   for (const double moved : is_near_half ? std::vector{0.0, -0.07, 0.07} : std::vector{0.0})
@@ -130,7 +130,9 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
                log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
   Found plain = with_any_delay(record, log_f, log_zeta);
   plain = record.improved(plain.at, plain.box);
-  const double half_Hz = 0.5 / record.cycle_s();  // beyond half the rate, images in the samples repeat
+  // In samples, two modes whose frequencies differ by the rate look alike. A search of half the rate to each
+  // side of the stated frequency therefore covers all cases.
+  const double half_Hz = 0.5 / record.cycle_s();
   const double reach_Hz = std::min(stated_share * stated.resonance_Hz, half_Hz);
   const double step_Hz = std::min(step / record.cycle_s(), 0.25 * reach_Hz);
   const int count = 1 + static_cast<int>(2.0 * reach_Hz / step_Hz);
@@ -149,7 +151,7 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
     start.box.max()[log_damping] = log_zeta + more_damping;
     start = record.improved(start.at, start.box);
     const bool rings_endlessly =
-        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // such a mode fits only noise
+        start.at[log_damping] < start.box.min()[log_damping] + 0.01;  // a mode at this bound fits noise only
     if (!rings_endlessly && start.sum_of_squares < best.sum_of_squares) best = start;
   }
   return is_better(record, best, plain) ? best : plain;
@@ -184,7 +186,8 @@ void find_mode(IdentifiedPlant& plant, const Dataset& record) {
   }
 }
 
-/// Returns true if the delay of the record may be zero. The plant then keeps the stated lag.
+/// Returns true if the record shows a mode, and if its delay cannot be distinguished from zero. The plant
+/// then keeps the lag that the user stated.
 bool keeps_lag(const IdentifiedPlant& plant) { return plant.mode && !(plant.late_s.lo > 0.0); }
 
 Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
@@ -196,8 +199,8 @@ Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controlle
   return keeps_lag(plant) ? found : with_pure_delay(chain, found, stated);
 }
 
-/// Returns `found`. Throws if the fitted mode leaves less delay than the stated delay of the sensor, because
-/// one of them must then be wrong.
+/// Returns `found`. Throws if the delay in the record is shorter than the stated delay of the sensor, because
+/// the sensor's delay is a part of it: the stated value must then be wrong.
 Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainRecord& chain,
                const controller::Delays& stated) {
   if (plant.late_s.hi < -0.1 * chain.cycle_s())
@@ -225,8 +228,8 @@ Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller
   return as_stated;
 }
 
-/// Sets the uncertainty if the record shows a mode. The intervals are those of the mode's fit, scaled to the
-/// values of the chain.
+/// Sets the uncertainty of the plant if the record shows a mode. The fit of the mode has an interval for each
+/// of its values; each interval is scaled to the value of the more exact chain.
 void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
   plant.mode->natural_frequency_Hz = scaled(plant.mode->natural_frequency_Hz, exact.resonance_Hz);
   plant.mode->damping_ratio = scaled(plant.mode->damping_ratio, exact.damping_ratio);
@@ -236,7 +239,8 @@ void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
                                 plant.late_s.hi - plant.late_s.value + longer_s};
 }
 
-/// Sets the uncertainty if the record shows no mode.
+/// Sets the uncertainty of the plant if the record shows no mode. The delay is from the record. The
+/// resonance is the stated one or any higher one.
 void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found& found,
                    const controller::Delays& stated) {
   const double error_s = chain.confidence(found).standard_error[late_cycles] * chain.cycle_s(),
@@ -247,10 +251,12 @@ void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found
   plant.uncertainty.longer_s = {std::max(-reach_s, -late_s), reach_s};
 }
 
-/// Returns the standard error of an unknown if all other unknowns are free, even those that were fixed in the
-/// fit. The result is at most 1.
+/// Returns the standard error that an unknown of the chain has in a fit in which no unknown is fixed, even if
+/// the fit `found` fixed some of them. The result is at most 1.
 double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unknown) {
-  constexpr double half_width = 0.1;  // any value is possible: only the derivatives at the fit matter
+  // Any positive width frees an unknown. The size of the width does not change the error, which depends only
+  // on the derivatives at the fitted point.
+  constexpr double half_width = 0.1;
   Found all = found;
   all.box.min() = found.at.array() - half_width;
   all.box.max() = found.at.array() + half_width;
@@ -258,10 +264,13 @@ double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unkno
   return std::isfinite(error) ? std::min(error, 1.0) : 1.0;
 }
 
-/// Returns the relative error of the resonance if the record shows no mode. It is the error of a stated
-/// resonance, or a smaller one if the samples contain an image of the mode.
+/// Returns the relative standard error of the resonance if the record shows no mode. This is the error of a
+/// stated resonance. The error is smaller if the samples contain an image of the mode: a trace of it at a
+/// lower frequency.
 double mode_error(const ChainRecord& chain, const Found& found) {
-  constexpr double image = 0.005;  // smallest error: another damping gives almost the same image
+  // Lower limit of the result. A slightly different frequency with another damping gives almost the same
+  // image.
+  constexpr double image = 0.005;
   const double cycles = std::exp(found.at[log_frequency]) * chain.cycle_s();
   if (found.box.min()[log_frequency] == found.box.max()[log_frequency] ||
       controller::rings_between_samples(cycles))

@@ -30,16 +30,16 @@ struct IdentifiedPlant {
   std::optional<identification::SecondOrderFit> mode;
   std::string not_shown;  ///< reason why the record does not show a mode; empty if it does
 
-  controller::Delays delays;  ///< identified chain; the command delay is 0
+  controller::Delays delays;  ///< identified amplifier, mode and sensor; the command delay is 0
   controller::PlantUncertainty uncertainty;
-  identification::Estimate late_s;  ///< lag and pure delay together, as one pure delay; without the stated
-                                    ///< sensor
+  identification::Estimate late_s;  ///< sum of lag and pure delay in s, without the delay that the user
+                                    ///< stated for the sensor
   double pure_s = 0.0;              ///< part of late_s that is a pure delay, assigned to the sensor
   double share_error = 0.0;         ///< standard error of pure_s / late_s, a share from 0 to 1
   /// Relative standard error of the resonance if the record does not show it; 0 if the record shows it.
   double mode_error = stated_mode_error;
-  double gain = 0.0;          ///< in output units per drive unit
-  double residual_rms = 0.0;  ///< in output units
+  double gain = 0.0;          ///< output at rest for a drive of 1, in output units per drive unit
+  double residual_rms = 0.0;  ///< RMS of record minus identified chain, in output units
   double explained = 0.0;     ///< share of the output's variance that the chain explains, 0 to 1
   double cycle_s = 0.0;       ///< cycle time of the record
   std::size_t rows = 0;       ///< number of rows in the record

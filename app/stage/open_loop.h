@@ -31,7 +31,8 @@ struct OpenLoopOptions {
 /// Adds the options --axis, --interface, --clear-faults and --rehearse.
 void add_open_loop_options(CLI::App& command, OpenLoopOptions& options);
 
-/// Time limit in s for a start-up or a ramp down. It is longer than any of them, so that a run always ends.
+/// Time limit in s for a start-up or a ramp down, so that a run always ends. Every correct start-up and ramp
+/// is shorter.
 inline constexpr double patience_s = 60.0;
 /// Runs in virtual time until is_done() returns true, `limit_s` is over, or a signal arrives. Then continues
 /// until every axis is at its safe drive.

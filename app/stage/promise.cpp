@@ -80,8 +80,8 @@ class Run {
   rehearsal::Outcome outcome_;
 };
 
-/// Calls `change(i, stage)` for each axis i of the controller, with the twin's configuration of the same
-/// axis.
+/// Returns the setup after calling `change(i, stage)` for each axis i of the controller. `stage` is the
+/// twin's configuration of this axis.
 template <class Change>
 rehearsal::Setup changed(rehearsal::Setup setup, const Change& change) {
   for (std::size_t i = 0; i < setup.controller.axes.size(); ++i)
@@ -99,8 +99,8 @@ rehearsal::Setup with_exact_models(const rehearsal::Setup& setup) {
   });
 }
 
-/// Computes the magnitude |S| of the loop's sensitivity at a frequency. It is 1 without feedback and above
-/// half the rate.
+/// Computes the magnitude |S| of the loop's sensitivity at a frequency: the share of a disturbance that the
+/// loop does not remove. |S| is 1 without feedback, and above half the rate.
 class Sensitivity {
  public:
   explicit Sensitivity(const controller::AxisConfig& axis, double cycle_s)
@@ -122,7 +122,8 @@ class Sensitivity {
 
 /// The parts of the squared error in um^2 (see promise.h).
 struct Parts {
-  std::vector<double> exact{};  ///< one value of x^2 for each rehearsal with other unknown values
+  std::vector<double> exact{};  ///< squared error in um^2 of each rehearsal with an exact actuator model; the
+                                ///< rehearsals differ in the unknown dynamics
   double misfit = 0.0, floor = 0.0, creep = 0.0;
 };
 
@@ -130,7 +131,7 @@ struct Parts {
 /// which the rehearsal already includes. `speed`: speed of the drive in drive units per second.
 void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivity, double speed,
                 double resonance_Hz) {
-  constexpr double ringing = 0.5;  // as a share of the resonance
+  constexpr double ringing = 0.5;  // share of the resonance above which an octave contains the mode
   for (std::size_t i = 0; i < misfit.rms.size(); ++i) {
     if (misfit.middle(i) * misfit.speed > ringing * resonance_Hz) break;
     parts.misfit += other_motion * square(sensitivity(misfit.middle(i) * speed) * misfit.rms[i]);
@@ -138,8 +139,9 @@ void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivi
   }
 }
 
-/// Returns equally probable values of the squared error, sorted. The deviates of the parts are combined such
-/// that every pair of values occurs for any two parts (an orthogonal array).
+/// Returns equally probable values of the squared error in um^2, sorted. Each part of the error takes eleven
+/// random values. Not all combinations are computed, but for any two parts, every pair of values occurs (an
+/// orthogonal array).
 std::vector<double> distribution_of(const Parts& parts) {
   std::vector<double> squares;
   const auto times = [](double square_um, double spread, std::size_t k) {
@@ -226,7 +228,8 @@ class Promises {
         square(axis.law.creep->per_decade * base().outcome().axes[i].stroke_um * sensitivity(fundamental_Hz));
   }
 
-  /// Rehearses eleven samples of the unknown dynamics. Each sample has another mode and another sensor share.
+  /// Rehearses the loops with eleven samples of the unknown dynamics. Each sample has another mode, and
+  /// assigns another share of the delay to the sensor.
   void add_samples() {
     if (std::ranges::none_of(bases_, [](const PromiseBasis& of) { return is_uncertain(of.uncertainty); }))
       return;

@@ -43,13 +43,13 @@ struct Uncertainty {
   double mode_error = 0.0;    ///< relative standard error of the resonance; 0: a record shows it
 };
 
-/// What the promise for an axis needs in addition to rehearsals.
+/// The input of the prediction for one axis, in addition to the rehearsals.
 struct PromiseBasis {
   std::string loop;  ///< name of the loop, for the text of the promise
   std::optional<identification::Misfit> misfit{};
   Uncertainty uncertainty{};
 };
-/// Returns the basis for the promise of axis i. The misfit is read from the model file of the axis.
+/// Returns the input of the prediction for axis i. The misfit is read from the model file of the axis.
 PromiseBasis basis_of(const config::Config& config, std::size_t i, std::string loop,
                       const Uncertainty& uncertainty = {});
 

@@ -20,9 +20,11 @@ constexpr std::array every_rate_Hz{100.0,  125.0,  160.0,  200.0,  250.0,  315.0
                                    500.0,  625.0,  800.0,  1000.0, 1250.0, 1600.0, 2000.0,
                                    2500.0, 3150.0, 4000.0, 5000.0, 6250.0, 8000.0, 10'000.0};
 constexpr double farthest = 1.6;   // rates differ from the present rate at most by this factor
-constexpr double worth_it = 0.75;  // largest promised error, as a share of the present one
+constexpr double worth_it = 0.75;  // a rate is better if its error is below this share of the present error
 constexpr double nearly_as_good = 1.1;
-constexpr std::size_t most_rehearsed = 2;  // number of rates that are rehearsed: those with the lowest floor
+// Maximum number of rates that are tried because of their small floor. The floor is the error that no
+// setpoints can avoid.
+constexpr std::size_t most_rehearsed = 2;
 
 /// Returns the mean square of the promised errors of all axes, in percent of the stroke.
 double score(const std::vector<Promise>& promises) {
@@ -32,8 +34,8 @@ double score(const std::vector<Promise>& promises) {
   return sum / static_cast<double>(promises.size());
 }
 
-/// Returns the sum, over all axes and segments, of the squared error that no setpoints can avoid. Each error
-/// is a share of the stroke.
+/// Returns the floor of a rate: the squared error that no setpoints can avoid, added up over all axes and
+/// segments. Each error is a share of the stroke.
 double floor_of(const config::Config& config) {
   double sum = 0.0;
   for (const config::AxisConfig& axis : config.axes) {
@@ -58,7 +60,9 @@ std::vector<double> rates_to_try(const config::Config& config) {
   other.controller.rate_Hz = std::min(farthest * present_Hz, config::rate_max_Hz);
   const double fastest_Hz = config::fastest_rate_Hz(other), present_floor = floor_of(config);
   std::vector<RateFloor> floors;
-  std::optional<RateFloor> fastest;  // fastest rate with a similar floor, at which the loop may be better
+  // Highest rate above the present one that does not increase the floor (the error that no setpoints can
+  // avoid). A higher rate can make the loop better.
+  std::optional<RateFloor> fastest;
   for (const double rate_Hz : every_rate_Hz) {
     if (rate_Hz > fastest_Hz || rate_Hz < present_Hz / farthest || rate_Hz == present_Hz) continue;
     other.controller.rate_Hz = rate_Hz;

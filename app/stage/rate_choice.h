@@ -16,17 +16,18 @@ namespace hystcan::app {
 struct RateOffer {
   double rate_Hz = 0.0;
   std::vector<Promise> promises{};  ///< one promise for each axis; empty if an axis does not track
-  double share = 1.0;               ///< promised error, as a share of that at the present rate
+  double share = 1.0;               ///< promised error, as a share of the promised error at the present rate
 };
 
 /// Returns the configuration of the same stage at another cycle rate, with loops that are tuned for this
 /// rate.
 using ConfigAtRate = std::function<config::Config(double rate_Hz)>;
 
-/// Returns rates near the configured one that the bus allows. At most two of them are the rates with the
-/// smallest floor (the error that no setpoints can avoid), if its square is at least a quarter smaller than
-/// at the configured rate. In addition, returns the highest of the other rates above the configured one if
-/// its floor is not larger.
+/// Returns rates near the configured rate that may be better and that the bus allows. The floor of a rate is
+/// the error that no setpoints can avoid. The result contains
+///   - at most two rates: those with the smallest floor. The square of the floor must be at least a quarter
+///     smaller than at the configured rate.
+///   - the highest of the other rates that are above the configured rate and do not increase the floor.
 std::vector<double> rates_to_try(const config::Config& config);
 
 /// Returns the promises with the best of the three kinds of feed-forward; empty if an axis does not track.

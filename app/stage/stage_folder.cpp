@@ -293,8 +293,8 @@ void fit_reference(config::AxisConfig& axis, const model::HysteresisParameters& 
   }
 }
 
-/// Sets the position limits from loops over the whole drive range. Limits derived from a straight line are
-/// wrong if the sensor has another zero.
+/// Sets the position limits from recorded loops over the whole drive range. The earlier limits depend on the
+/// stated or assumed sensor reading at the safe drive, which may be wrong.
 void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
   const controller::Gate::Config& gate = axis.control.gate;
   const controller::Supervisor::Config before = axis.control.supervision;
@@ -323,8 +323,8 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
                    before.position_max_um)});
 }
 
-/// Prints whether another cycle rate is better. Uses it only if the user did not state a rate, and if it
-/// halves the error or the default rate excites a mode.
+/// Prints whether another cycle rate is better. Uses the better rate only if the user did not state a rate.
+/// In addition, the better rate must halve the error, or the default rate must excite a mode.
 void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Plants& plants) {
   const ConfigAtRate at_rate = [&](double rate_Hz) {
     StageFacts other = facts;

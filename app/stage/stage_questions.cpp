@@ -101,7 +101,7 @@ class AxisQuestions {
                 const Questions::Check<double>& check = {}) {
     std::optional<double> known = of_axis(question.option.c_str(), stated, axis_, stated_.axes.size());
     if (!known && axis_ > 0) known = measured ? measured : answer;
-    if (known && std::isnan(*known)) return *known;  // no value was found for the first axis either
+    if (known && std::isnan(*known)) return *known;  // the first axis has no number, so this one has none
     answer = questions_.number(question, known, measured ? measured : usual, check);
     return *answer;
   }

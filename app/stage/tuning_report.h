@@ -58,7 +58,8 @@ struct TuningReport {
   bool only_cautious = false;
   std::vector<Candidate> candidates;  ///< the first candidate is the present setting
   std::size_t best = 0;
-  double unshared_s = 0.0;           ///< delay of amplifier and sensor together; 0: the sensor's is stated
+  double unshared_s = 0.0;           ///< delay of amplifier and sensor together if the sensor's share is not
+                                     ///< known; 0: the sensor's delay is stated
   std::optional<Promise> promise{};  ///< promise for the proposed loop; nullopt: not computed
   std::optional<RateOffer> offer{};  ///< offer of a better cycle rate, with a cautious loop
 
