@@ -21,7 +21,7 @@ namespace {
 using boost::asio::local::stream_protocol;
 using boost::system::error_code;
 
-// In bytes. For comparison: the status of 32 axes has about 10 000.
+// Maximum length of an answer in bytes. For comparison: the status of 32 axes has about 10 000 bytes.
 constexpr std::size_t longest_answer = 1'048'576;
 
 [[noreturn]] void fail_with(int error) { throw std::system_error(error, std::generic_category()); }

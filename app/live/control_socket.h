@@ -39,7 +39,8 @@ class ControlSocket {
   CommandHandler& handler_;
   std::vector<std::weak_ptr<Session>> sessions_;  ///< all connections, sorted by the time of their last line;
                                                   ///< the newest is last
-  std::weak_ptr<Session> last_resort_;            ///< connection beyond the limit, which may only stop
+  std::weak_ptr<Session> last_resort_;            ///< connection beyond the maximum number; the only
+                                                  ///< command that it may send is `stop`
   std::weak_ptr<Session> writer_;
   LocalListener listener_;
 };

@@ -21,7 +21,8 @@ using nlohmann::json;
 
 constexpr auto poll_period = std::chrono::milliseconds(5);
 
-constexpr double longest_wait_s = 1e6;  // s, about twelve days; `wait` without timeout_s waits this long
+// Longest timeout of the command `wait` in s: about twelve days. `wait` without timeout_s waits this long.
+constexpr double longest_wait_s = 1e6;
 
 /// Formats a JSON value as TOML. The two formats differ only for tables, which may also be in a list.
 std::string toml_of(const json& value) {

@@ -29,7 +29,7 @@ constexpr std::chrono::milliseconds longest_sampling{300};
 struct Sampling {
   controller::TimeStatistics times;
   int count = 0;
-  double sum_um = 0.0, sum_um2 = 0.0;  ///< sums of the differences from the first position
+  double sum_um = 0.0, sum_um2 = 0.0;  ///< sums of the differences from the first position and their squares
   int without_position = 0;
 
   double rms_nm() const {

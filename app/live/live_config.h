@@ -58,11 +58,11 @@ class LiveConfig {
   std::size_t axis_index(std::string_view name) const;
 
  private:
-  /// The affected axes by index. The value is true if the reference of the axis restarts, false if it
-  /// continues.
+  /// The axes whose settings change, by index. The value is true if the change restarts the reference of the
+  /// axis, false if the reference continues.
   using Concerned = std::map<std::size_t, bool>;
 
-  /// Returns the axes that the changes affect, plus the axes of the last mark_uncertain().
+  /// Returns the axes whose settings are in `changes`, plus the axes of the last mark_uncertain().
   Concerned concerned_by(const std::vector<config::Change>& changes) const;
   Prepared prepare(History history) const;
 

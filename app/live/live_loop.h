@@ -33,8 +33,9 @@ class LiveLoop {
       return std::make_unique<can::SocketCanBus>(context_, interface_, filters);
     };
   }
-  /// The same for the controller, the only node of its loop: run() waits in the socket of its bus
-  /// (can::run_in_socket), which must exist until run() returns.
+  /// Returns a function that opens the bus of a controller. The controller must be the only node of this
+  /// loop. run() then waits for frames in the socket of this bus (can::run_in_socket). The bus must exist
+  /// until run() returns.
   can::Attach attach_controller() {
     return [this](std::span<const can::Filter> filters) -> std::unique_ptr<can::Bus> {
       auto bus = std::make_unique<can::SocketCanBus>(context_, interface_, filters);
@@ -70,7 +71,7 @@ class LiveLoop {
     });
   }
 
-  /// Without locks: only this thread uses it, and the program has no other signal_set.
+  /// The context does not use locks, because only one thread uses it and the program has no other signal_set.
   boost::asio::io_context context_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE};
   boost::asio::signal_set signals_{context_};
   can::AsioScheduler scheduler_{context_};

@@ -31,7 +31,8 @@ void touch(volatile std::byte* memory, std::size_t bytes) {
   for (std::size_t i = 0; i < bytes; i += page_bytes) memory[i] = std::byte{1};
 }
 
-/// Touches more stack than the deepest call of a cycle needs.
+/// Writes to each memory page of a stack area that is larger than a cycle needs. The kernel provides a page
+/// at the first access, and the control thread must not wait for that during a cycle.
 void touch_stack() {
   std::array<std::byte, std::size_t{256} * 1024> room;
   touch(room.data(), room.size());

@@ -1,6 +1,6 @@
 // Saves the hysteresis memory of each axis at a clean stop to the file NAME.state.toml in state_dir. The file
-// also contains the learnt correction. It is valid only until the actuator is driven again. At that time it
-// is removed; the next clean stop writes a new file in one atomic step.
+// also contains the learnt correction. The file is valid only until the actuator is driven again. At that
+// time the file is removed; the next clean stop writes a new file in one atomic step.
 #pragma once
 
 #include <filesystem>
@@ -30,7 +30,7 @@ class SavedStates {
 
  private:
   struct Saved {
-    std::filesystem::path file;  ///< empty: the memory of this axis is not saved
+    std::filesystem::path file;  ///< file of the axis; empty: its memory is not saved
     std::optional<config::SavedState> state;
     bool forgotten = false;
   };

@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr double longest_s = 1e6;  // s, about twelve days
+constexpr double longest_s = 1e6;  // longest duration of an injected fault in s: about twelve days
 
 std::string_view to_string(can::NmtState state) {
   using enum can::NmtState;
