@@ -13,8 +13,8 @@
 
 namespace hystcan::app {
 
-/// Average size of the frames of a configuration. The kernel counts frames and bytes, but not CAN FD frames;
-/// these averages allow to estimate how many of the frames are CAN FD.
+/// Average size of the frames of a configuration. The kernel counts all frames and bytes, but does not count
+/// CAN FD frames separately. Their number is estimated from these averages.
 struct AverageFrames {
   double bitrate_bit_per_s = 0.0;  ///< nominal bit rate; 0: unknown
   double classical_bytes = 0.0;    ///< average data bytes of a classical frame

@@ -16,7 +16,9 @@ namespace {
 using nlohmann::json;
 
 constexpr auto time_between_looks = std::chrono::milliseconds(200);
-constexpr double longest_age_s = 0.6;  // in s; at this age, two further answers are late
+// Maximum age in s of a status that is still shown. The status is requested every 0.2 s, so at this age two
+// further answers are missing.
+constexpr double longest_age_s = 0.6;
 constexpr std::uint32_t capture_kind = 3;
 
 }  // namespace
@@ -120,7 +122,8 @@ void PageService::row_of_controller(std::span<const double> row) {
     if (!client.trigger) continue;
     const auto capture = client.trigger->put(row, controller_.history());
     if (!capture) continue;
-    if (!client.web.takes_rows()) continue;  // drops the capture, and waits for the next event
+    // A client that is too slow gets no capture. Its trigger waits for the next event.
+    if (!client.web.takes_rows()) continue;
     send_capture(client, *capture);
     if (!client.trigger->repeats()) client.trigger.reset();
   }

@@ -28,8 +28,9 @@ class PageStream {
     std::function<void()> changed;                         ///< called when the stream begins or ends
     std::function<void(std::span<const double> row)> row;  ///< called for each row, after the row was added
                                                            ///< to the history
-    std::function<void(std::uint32_t lost)> batch;         ///< called after each batch; rows_at() then
-                                                           ///< returns its rows
+    std::function<void(std::uint32_t lost)> batch;         ///< called after each batch of rows, which
+                                                           ///< rows_at() then returns; `lost`: number of
+                                                           ///< rows that were lost before the batch
   };
 
   /// `kind`: number of this stream in binary messages to clients. `control_socket`: returns the path of the

@@ -42,8 +42,8 @@ class WriterRole {
   ControlLink &link_, &ending_;
   std::uint64_t holder_ = 0;            ///< number of the client that has the role; 0: none
   std::vector<config::Setting> known_;  ///< settings in force as last read; empty: not read yet
-  std::uint64_t changes_ = 0;           ///< increases with each command and each answer of a page; shows
-                                        ///< whether settings are outdated
+  std::uint64_t changes_ = 0;           ///< number of commands and answers so far; if this number changes
+                                        ///< during a request for the settings, the answer may be outdated
 };
 
 }  // namespace hystcan::app
