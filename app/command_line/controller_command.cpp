@@ -161,7 +161,7 @@ std::string results_text(const controller::Controller& controller, const StateLo
                   counters.missed_cycles, counted(counters.missing_samples, "sample"), counters.late_samples);
   if (counters.replaced_commands > 0)
     text += counted(counters.replaced_commands, "command") + " replaced by a newer one before transmission\n";
-  if (!options.rehearse)  // in virtual time, computing takes no time
+  if (!options.rehearse)  // a rehearsal has no timing to show: in virtual time, computing takes no time
     for (const std::string& line : describe(controller.timing())) text += line + "\n";
   for (const std::string& line : describe(closing)) text += line + "\n";
   for (const auto& outcome : outcomes) {

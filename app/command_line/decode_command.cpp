@@ -29,8 +29,9 @@ struct DecodeArguments {
 };
 
 /// Computes the mean frame rate of a log. If one time stamp is later than its successor, it is treated as
-/// wrong: the interval between its predecessor and its successor counts instead. A clock that was set back
-/// does not count, nor does a gap that is longer than a second and longer than a thousand mean intervals.
+/// wrong: the interval between its predecessor and its successor counts instead. Two kinds of intervals are
+/// left out: an interval in which the clock was set back, and a gap that is longer than both a second and a
+/// thousand mean intervals.
 class LogRate {
  public:
   void add(std::chrono::microseconds time) {

@@ -98,7 +98,7 @@ class Readings {
 
   const node::WiredAnalogueAxis& axis_;
   std::unique_ptr<node::VoltageInput> position_;
-  std::unique_ptr<node::VoltageInput> output_;  ///< null: the amplifier has no monitor
+  std::unique_ptr<node::VoltageInput> output_;  ///< input for the amplifier's monitor output; null: not wired
 };
 
 int show_readings(const config::Config& config, const AnalogueAxes& axes) {
@@ -140,7 +140,8 @@ node::Guard::Duration patience_of(const AnalogueAxes& axes) {
   return std::max<node::Guard::Duration>(shortest, std::chrono::milliseconds(10));
 }
 
-/// Starts a guard for these outputs, after a trial with another guard has shown that the outputs become safe.
+/// Starts a guard: a process that writes the safe drives if the node hangs or ends. Before that, a trial with
+/// another guard shows that a guard can do this. Throws RunError if the trial fails.
 std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices, node::Guard::Duration patience) {
   const auto make_safe = [&devices] {
     bool all = true;
@@ -224,7 +225,9 @@ int run_node(const NodeArguments& options) {
   node::Cards cards(card_opener(config, axes, loop.scheduler()));
   const node::AllDevices devices = open_devices(config, axes, cards);
   const node::Guard::Duration patience = patience_of(axes);
-  const auto guard = tried_guard(devices, patience);  // before sockets exist, which the guard would share
+  // The guard is a copy of this process and would also have its sockets. It is therefore started before any
+  // socket exists.
+  const auto guard = tried_guard(devices, patience);
   node::AnalogueStation station(devices, twin_config(config), config.database, loop.scheduler(),
                                 loop.attach());
   check_interface(config, interface);

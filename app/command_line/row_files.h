@@ -24,7 +24,8 @@ bool has_hdf5_name(const std::filesystem::path& file);
 class RowInput {
  public:
   virtual ~RowInput() = default;
-  /// Fills the columns time_s and given of `block` with the next rows. Returns false at the end of the file.
+  /// Fills the columns `time_s` and `given` (the signal that was read) of `block` with the next rows. Returns
+  /// false at the end of the file.
   /// Throws Error with the row number if a row is invalid, a value is not finite, or the time decreases.
   virtual bool next(SampleBlock& block) = 0;
   /// Returns the unit of the signal, as the file states it; empty if the file states none.
