@@ -37,7 +37,8 @@ using identification::Identified;
 Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
   identification::IdentifyOptions identify_options = records.model;
-  // The thresholds become the ends of the recorded drives. The start-up can drive the stage to these ends.
+  // The thresholds of the model become the ends of the recorded drives, not values beyond them. The start-up
+  // can drive the stage to these ends.
   identify_options.observed_thresholds = true;
   identify_options.go_on = counted_trials(progress);
   return at_place(fmt::format("{}", fmt::join(records.names(), ", ")),

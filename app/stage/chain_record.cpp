@@ -36,7 +36,7 @@ std::vector<Index> free_of(const ChainBox& box) {
 
 ChainRecord::ChainRecord(const identification::Dataset& record, const controller::Delays& stated)
     : dataset_(identification::sampled(record, identification::largest_delay_cycles)), stated_(stated) {
-  stated_.command_delay = {};  // in a record, the drive of a row is in effect from the time of the row
+  stated_.command_delay = {};  // no delay: a row's drive is in effect from the time of the row
 }
 
 controller::Delays ChainRecord::delays(const ChainPoint& at) const {

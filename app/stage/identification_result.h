@@ -33,7 +33,7 @@ struct ValidationOptions {
   std::optional<double> estimate_s;
   bool estimates_offset = true;
   std::optional<model::HysteresisState> memory;    ///< memory at the first sample; `nullopt`: it is estimated
-  std::optional<model::HeldCreep::State> crept{};  ///< creep state for `memory`; `nullopt`: creep has settled
+  std::optional<model::HeldCreep::State> crept{};  ///< creep at the first sample; `nullopt`: it has settled
 };
 
 /// Describes creep, for example "creep of 2.3 % per decade from 10 ms to 3 s".
