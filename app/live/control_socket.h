@@ -37,8 +37,8 @@ class ControlSocket {
   void mark_as_newest(const Session& session);
 
   CommandHandler& handler_;
-  std::vector<std::weak_ptr<Session>> sessions_;  ///< all connections, sorted by the time of their last line;
-                                                  ///< the newest is last
+  std::vector<std::weak_ptr<Session>> sessions_;  ///< all connections, sorted by the time of the last line
+                                                  ///< that the client sent; the newest is last
   std::weak_ptr<Session> last_resort_;            ///< connection beyond the maximum number; the only
                                                   ///< command that it may send is `stop`
   std::weak_ptr<Session> writer_;

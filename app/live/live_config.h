@@ -31,7 +31,7 @@ class LiveConfig {
     History history;
     std::vector<config::Change> at_once{};
     std::vector<config::Change> after_restart{};
-    /// Requests to the control thread, one for each axis that the changes affect.
+    /// Requests to the control thread, one for each axis that must apply new settings.
     std::vector<std::unique_ptr<controller::Request>> requests{};
   };
   /// Prepares the change to the current content of the file, which discards all earlier single settings.

@@ -85,7 +85,8 @@ void run_live(LiveLoop& loop, controller::Controller& controller, can::BusHealth
       else if (signal == SIGHUP && run.reload)
         return run.reload();
       if (!stopping) return stop();
-      if (signal != SIGXCPU) loop.stop();  // not for SIGXCPU, which the kernel repeats every second
+      // A second signal ends the ramp at once. SIGXCPU does not, because the kernel repeats it every second.
+      if (signal != SIGXCPU) loop.stop();
     });
   } catch (...) {
     controller.send_safe_commands();

@@ -19,7 +19,7 @@ namespace hystcan::app {
 inline constexpr double settle_s = 0.1;
 
 nlohmann::json to_json(const controller::AxisOutcome& outcome);
-/// Returns the errors over the whole reference, and those of each segment under "segments".
+/// Returns the tracking errors over the whole reference, and the errors of each segment under "segments".
 nlohmann::json to_json(const controller::TrackingStatistics& statistics, double stroke_um);
 nlohmann::json to_json(const can::BusReport& report);
 /// Returns the number of rejected frames by the cause of the rejection.

@@ -85,8 +85,8 @@ class StateLog {
     std::string drive_unit;
     controller::AxisState state = controller::AxisState::offline;
     controller::ArmingBlocks blocks{};
-    controller::ArmingBlocks last_blocks{};  ///< the newest non-empty value of `blocks`
-    double blocked_since_s = 0.0;            ///< start of the wait for the first item of `blocks`
+    controller::ArmingBlocks last_blocks{};  ///< conditions for which the axis last waited
+    double blocked_since_s = 0.0;            ///< start of the wait for the first condition
     double amplifier_output = 0.0;
     bool block_is_logged = false;
     bool has_tracked = false;
@@ -100,9 +100,10 @@ class StateLog {
   void add_state(Axis& axis, const controller::CycleRecord& record);
   void add_block(Axis& axis, const controller::CycleRecord& record);
   void add_missing_axes();
-  /// Returns a text with all items in `blocks`, for which the axis waits.
+  /// Returns a text with all conditions in `blocks`, for which the axis waits before it tracks.
   std::string blocks_text(const Axis& axis, controller::ArmingBlocks blocks) const;
-  /// Returns the text for one item that the axis waits for, with the node, value or axes that it concerns.
+  /// Returns the text for one condition for which the axis waits: the node, the value or the axes that do not
+  /// meet the condition yet.
   std::string block_text(const Axis& axis, controller::ArmingBlock block) const;
 
   can::BusHealthLog::Sink sink_;
