@@ -60,7 +60,7 @@ class Trigger {
   std::size_t axis_ = 0;
   std::size_t signal_ = 0;               ///< index of the watched column; only for the event "level"
   double level_ = 0.0;                   ///< threshold: unit of the column for "level", um for "step"
-  bool rising_ = true, falling_ = true;  ///< edges that are events; only for "level"
+  bool rising_ = true, falling_ = true;  ///< crossing directions that are events, only for "level"
   double pre_s_ = 0.0;
   double post_s_ = 0.0;
   bool repeats_ = false;

@@ -25,7 +25,7 @@ namespace hystcan::app {
 namespace {
 
 constexpr std::size_t context_lines = 2;
-constexpr std::size_t most_cells = 4'000'000;  // maximum size of the table of the line comparison
+constexpr std::size_t most_cells = 4'000'000;  // maximum number of cells in the table that compares lines
 
 std::vector<std::string> lines_of(const std::string& text) {
   std::vector<std::string> lines;

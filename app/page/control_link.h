@@ -64,7 +64,8 @@ class ControlLink {
   boost::asio::streambuf received_;
   std::filesystem::path file_;
   std::list<Command> waiting_;
-  std::uint64_t connection_ = 0;  ///< number of the current connection; earlier ones are ignored
+  std::uint64_t connection_ = 0;  ///< number of the current connection; results of operations
+                                  ///< of earlier connections are ignored
 };
 
 }  // namespace hystcan::app

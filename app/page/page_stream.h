@@ -90,8 +90,8 @@ class PageStream {
   boost::asio::steady_timer limit_, pause_;
   boost::asio::streambuf received_;
   std::filesystem::path file_;
-  std::uint64_t attempt_ = 0;  ///< number of the current attempt to connect, to recognise operations of
-                               ///< earlier ones
+  std::uint64_t attempt_ = 0;  ///< number of the current attempt to connect; results of operations of
+                               ///< earlier attempts are ignored
   StreamGreeting greeting_;
   std::string reason_ = "not connected yet";
   std::size_t axis_ = 0;  ///< index of the column with the axis number

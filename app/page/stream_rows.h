@@ -79,7 +79,7 @@ class RowDecimator {
   std::vector<std::size_t> states_;
   std::optional<std::size_t> bits_;
   std::size_t bucket_;
-  std::map<std::size_t, Bucket> open_;  ///< incomplete group of each axis
+  std::map<std::size_t, Bucket> open_;  ///< for each axis, the group of rows that is not complete yet
   std::vector<double> out_;
 };
 
