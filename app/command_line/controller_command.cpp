@@ -208,7 +208,8 @@ bool is_done(const controller::Controller& controller, const ControllerArguments
 }
 
 /// Runs until every axis is at its safe drive. Returns true if an axis was enabled when the run was told to
-/// end. Whatever the process does after this function may wait for a disk for at most 30 s.
+/// end. After this function, the process has 30 s to write its files, because a disk may not respond. It
+/// is then ended (ExitLimit).
 bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
                     CycleRecorder& recorder, const ControllerArguments& options, double start_timeout_s) {
   const ExitLimit limit(std::chrono::seconds(30));

@@ -61,8 +61,8 @@ class LogRate {
 
   std::optional<std::chrono::microseconds> last_;
   std::chrono::microseconds before_{};  ///< second newest time stamp
-  Span span_{0}, taken_{0};             ///< span_: sum of the counted intervals; taken_: the part that the
-                                        ///< newest interval added
+  Span span_{0}, taken_{0};             ///< span_: sum of the counted intervals in s; taken_: the newest
+                                        ///< interval in this sum, 0 if it is not counted
   std::uint64_t intervals_ = 0;
 };
 

@@ -45,7 +45,7 @@ class PlotRows {
 
 struct RunFigures {
   std::string run, axis, drive_unit;
-  double stroke_um = 0.0;      ///< 0: unknown
+  double stroke_um = 0.0;      ///< stroke of the axis in um; 0: unknown
   double drive_delay_s = 0.0;  ///< time from a drive to the position that it causes
   metrics::ErrorStatistics error{};
   std::size_t faults = 0;
