@@ -113,8 +113,8 @@ double amplitude_of(const Excitation::Config& excitation) {
   return std::get<Excitation::Chirp>(excitation).amplitude;
 }
 
-/// Returns the reason why this excitation is too large, from a rehearsal with the twin; `nullopt` if it is
-/// not.
+/// Returns the reason why this excitation is too large, from a rehearsal with the twin; `nullopt` if the
+/// excitation is not too large.
 std::optional<std::string> excess_of(const config::Config& config, const twin::Config& twin,
                                      const Excitation::Config& excitation) {
   const controller::Supervisor::Config& limits = config.axes[0].control.supervision;

@@ -59,7 +59,7 @@ ReferenceCurve moved(const ReferenceCurve& curve, const ReferenceCurve& other, d
 }
 
 /// Moves the ascending curve by `share` of half the output range, and makes the loop wider by the factor 1 +
-/// `share`. `alternating`: changes the coefficients of the curve with different signs (see off_by()).
+/// `share`. With `alternating`, the curve also changes its shape (see off_by()).
 HysteresisParameters with_curves_off(const HysteresisParameters& given, double share, bool alternating) {
   HysteresisParameters p = given;
   if (p.output_map) {  // the map converts the curves to outputs; it is changed instead of the curves

@@ -105,8 +105,8 @@ Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double 
   return record.improved(start, box);
 }
 
-/// Tries several delays with a fixed mode, log(frequency / Hz) and log(damping ratio), and returns the best
-/// one. A search with a free delay can start there.
+/// Tries several delays with a fixed mode, log(frequency / Hz) and log(damping ratio). Returns the best of
+/// these delays, from which a search with a free delay can start.
 Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
   Found best{{}, std::numeric_limits<double>::infinity(), {}};
   for (const double late : {0.05, 0.15, 0.4, 1.0, 2.5}) {

@@ -153,7 +153,7 @@ void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records, co
   if (std::ranges::any_of(tuned, faster_of)) rehearse_fast(stage, tuned);
 }
 
-/// Tunes and rehearses the stage. If a rehearsal fails, keeps the files: `hystcan demo` can then show the fault.
+/// Tunes and rehearses the stage. If a rehearsal fails, keeps the files, and `hystcan demo` shows the fault.
 template <class Keep>
 void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std::vector<AxisRecords>& records,
                    const Plants& plants, const Keep& keep) {
