@@ -38,8 +38,9 @@ void touch_stack() {
   touch(room.data(), room.size());
 }
 
-/// Keeps the memory of the heap: freed memory is not returned to the kernel, and large blocks are allocated
-/// from the heap, too. A reload needs half a megabyte for a moment, and so does the start of the threads.
+/// Reserves memory for the heap, so that a later allocation does not wait for new pages from the kernel.
+/// Freed memory is not returned to the kernel, and large blocks are allocated from the heap, too. A reload
+/// needs half a megabyte for a moment, and so does the start of the threads.
 void keep_heap() {
   constexpr std::size_t reserve_bytes = std::size_t{2} * 1024 * 1024;
   mallopt(M_TRIM_THRESHOLD, -1);
