@@ -51,7 +51,7 @@ class BusCounters {
       : average_(average), network_(std::move(network)), report_{.interface = std::move(interface)} {}
 
   /// Returns the state, and the traffic since the previous call. If the previous call was less than 0.9 s
-  /// ago, returns its rates again.
+  /// ago, returns the rates of that call again.
   BusReport report(Clock::time_point now = Clock::now());
 
  private:
