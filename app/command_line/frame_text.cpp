@@ -53,8 +53,8 @@ std::string shortcoming(const can::Frame& frame, const Message& message) {
 
 constexpr std::size_t classical_bytes = 8;
 
-// SAE J1939-21: the parameter group of transport announcements, and the control bytes of its two
-// announcements.
+// SAE J1939-21: the parameter group of the frames that announce a long message, and the control bytes of the
+// two kinds of announcement.
 constexpr std::uint32_t connection_management = 0xEC00;
 constexpr std::uint8_t request_to_send = 16;
 constexpr std::uint8_t broadcast_announce = 32;

@@ -25,8 +25,8 @@ class RowInput {
  public:
   virtual ~RowInput() = default;
   /// Fills the columns `time_s` and `given` (the signal that was read) of `block` with the next rows. Returns
-  /// false at the end of the file.
-  /// Throws Error with the row number if a row is invalid, a value is not finite, or the time decreases.
+  /// false at the end of the file. Throws Error with the row number if a row is invalid, a value is not
+  /// finite, or the time decreases.
   virtual bool next(SampleBlock& block) = 0;
   /// Returns the unit of the signal, as the file states it; empty if the file states none.
   virtual std::string unit() const = 0;
