@@ -60,7 +60,7 @@ void AppendFile::write(std::string_view lines) {
   std::size_t done = 0;
   error_ = write_all(descriptor_, lines, done);
   if (error_) {
-    done = lines.substr(0, done).rfind('\n') + 1;  // 0 if no line is complete
+    done = lines.substr(0, done).rfind('\n') + 1;  // length of the complete lines; 0 if no line is complete
     if (is_regular_ && ::ftruncate(descriptor_, static_cast<off_t>(written_ + done)) != 0)
       error_ = last_error();
   }

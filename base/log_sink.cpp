@@ -90,7 +90,8 @@ class LogSink::Queue {
   /// the line if the stream is closed.
   void write_one(std::unique_lock<std::mutex>& lock) {
     if (lines_.empty()) lines_.push_back(note_of(std::exchange(dropped_, 0)));
-    // `rest` stays valid without the lock, because a deque does not move its elements.
+    // `rest` refers to the first line while the lock is released. It stays valid: other threads only append
+    // lines, which does not move the elements of a deque.
     std::string_view rest = lines_.front();
     Written result = Written::timed_out;
     while (result == Written::timed_out && !ending_) {

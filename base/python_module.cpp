@@ -61,7 +61,9 @@ fs::path python_file(std::string_view name) {
   std::error_code none;
   const fs::path program = fs::read_symlink("/proc/self/exe", none).parent_path();
   if (auto installed = installed_file(program.parent_path(), name); !installed.empty()) return installed;
-  constexpr int levels = 5;  // tests are at the deepest level, in BUILD/PRESET/tests/FOLDER
+  // Number of folders that are searched, from the folder of the program up to the source tree. A test, in
+  // BUILD/PRESET/tests/FOLDER, needs all of them.
+  constexpr int levels = 5;
   fs::path above = program;
   for (int i = 0; i < levels; ++i, above = above.parent_path())
     if (auto of_the_tree = above / "python/hystcan" / name; fs::exists(of_the_tree, none)) return of_the_tree;
