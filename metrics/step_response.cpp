@@ -141,7 +141,7 @@ void HoldNoise::add(double reference_um, double position_um, double band_um, boo
     mean_um_ = sum_of_squares_ = 0.0;
     return;
   }
-  ++samples_;  // Welford's recursion for mean and sum of squares
+  ++samples_;  // Welford's method updates the mean and the sum of squares with each sample
   const double before_um = position_um - mean_um_;
   mean_um_ += before_um / static_cast<double>(samples_);
   sum_of_squares_ += before_um * (position_um - mean_um_);
