@@ -31,8 +31,8 @@ class Creep {
  public:
   struct Operator {
     double weight = 0.0;      ///< output units per input unit; may be negative
-    double rate_per_s = 1.0;  ///< greater than 0
-    double threshold = 0.0;   ///< input units; 0 or more
+    double rate_per_s = 1.0;  ///< rate a: 1 / time constant, greater than 0
+    double threshold = 0.0;   ///< distance r from the input at which the memory stops, input units; 0 or more
   };
   using Operators = std::vector<Operator>;
   using State = std::vector<double>;  ///< memory y_i of each operator, input units

@@ -12,7 +12,8 @@ namespace {
 constexpr std::size_t most_knots = 64;
 constexpr std::size_t degree = 3;
 
-// Returns the knot t_{i - 3}; the first and the last knot are repeated four times.
+// Returns knot number i - 3. Returns the first or the last knot if this number is outside the list, so that
+// both count four times.
 double clamped(std::span<const double> knots, std::size_t i) {
   return knots[std::clamp<std::size_t>(i, degree, degree + knots.size() - 1) - degree];
 }
@@ -35,7 +36,8 @@ std::array<std::array<double, degree + 1>, degree + 1> recurrence(std::span<cons
 
 BSplines on_interval(std::span<const double> knots, std::size_t j, double v) {
   const auto B = recurrence(knots, j, v);
-  // The derivative of a B-spline is a difference of two B-splines of the degree below.
+  // Returns the derivatives of B-splines of degree d from `lower`, the values of the B-splines of degree d -
+  // 1: each derivative is a difference of two of these values, divided by distances of knots.
   const auto differences = [&](const std::array<double, degree + 1>& lower, std::size_t d) {
     std::array<double, degree + 1> slopes{};
     for (std::size_t i = 0; i < d; ++i) {
@@ -106,7 +108,8 @@ CubicSpline::CubicSpline(std::vector<double> knots, std::vector<double> coeffici
   cells_per_input_ = static_cast<double>(cells) / (knots_.back() - knots_.front());
   std::size_t piece = 1;
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    const double before = knots_.front() + (static_cast<double>(cell) - 1e-6) / cells_per_input_;  // rounding
+    // The start of the cell, minus a little: a rounding error in piece() must not skip a piece.
+    const double before = knots_.front() + (static_cast<double>(cell) - 1e-6) / cells_per_input_;
     while (piece + 2 < pieces_.size() && pieces_[piece + 1].start <= before) ++piece;
     first_in_[cell] = static_cast<std::uint8_t>(piece);
   }

@@ -63,7 +63,8 @@ class CubicSpline {
     for (const Piece& piece : pieces_) largest = std::max(largest, 6.0 * std::abs(piece.a3));
     return largest;
   }
-  /// At the last knot, the curvature is that of the last piece.
+  /// Returns value, slope and curvature at v. At the last knot, the curvature is the limit from below;
+  /// outside the knots, it is 0.
   Jet jet(double v) const {
     const Piece& p = v == knots_.back() ? pieces_[pieces_.size() - 2] : piece(v);
     const double d = v - p.start;
@@ -75,13 +76,14 @@ class CubicSpline {
   const std::vector<double>& coefficients() const { return coefficients_; }
 
  private:
-  struct Piece {  // a0 + a1 d + a2 d^2 + a3 d^3, d = v - start
+  struct Piece {  // the polynomial a0 + a1 d + a2 d^2 + a3 d^3, d = v - start
     double start, a0, a1, a2, a3;
   };
   static constexpr std::size_t cells = 256;
 
-  // Finds the piece at v. A table with equal cells stores the first piece of each cell. Remembering the last
-  // piece instead would need state that threads share.
+  // Returns the piece that contains v. A table divides the range of the knots into equal cells and stores the
+  // first piece of each cell. The code does not store the last piece that was found, because threads would
+  // share this state.
   const Piece& piece(double v) const {
     if (!(v >= knots_.front())) return pieces_.front();
     const double cell = (v - knots_.front()) * cells_per_input_;

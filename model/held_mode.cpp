@@ -31,7 +31,7 @@ HeldMode::HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle
   const double rest_s = cycle_s - late_s;
   if (late_s <= 0.0) {
     from_new_ = state_after(whole, {}, 1.0);
-  } else if (rest_s <= 0.0) {  // possible only by rounding errors
+  } else if (rest_s <= 0.0) {  // the rest of the delay is a whole cycle: only by rounding errors
     from_old_ = state_after(whole, {}, 1.0);
   } else {
     const SecondOrder rest(mode, rest_s);

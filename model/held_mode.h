@@ -32,11 +32,11 @@ class HeldMode {
   HeldMode(const SecondOrder::Config& mode, double delay_s, double cycle_s);
 
   int whole_cycles() const { return whole_cycles_; }  ///< number of whole cycles in the delay (m)
-  /// Effect of the state on the next state (A).
+  /// Returns the matrix A: effect of the state on the next state (equation at the top of this file).
   const Eigen::Matrix2d& transition() const { return transition_; }
-  /// Effect of the older drive, u[n-m-1], on state n + 1 (b_old).
+  /// Returns the vector b_old: effect of the older drive, u[n-m-1], on state n + 1.
   const Eigen::Vector2d& from_old() const { return from_old_; }
-  /// Effect of the newer drive, u[n-m], on state n + 1 (b_new).
+  /// Returns the vector b_new: effect of the newer drive, u[n-m], on state n + 1.
   const Eigen::Vector2d& from_new() const { return from_new_; }
 
   /// Returns the state after one cycle. During the cycle, the delayed drive changes from `old_drive` to

@@ -86,7 +86,8 @@ inline const ExponentialConvergence::Convergence& ExponentialConvergence::pace(D
 
 inline double ExponentialConvergence::value(const Branch& branch, Direction direction, double input) const {
   const double d = between(input, branch.start_input);
-  const double phi = pace(direction).phi(d);  // computed first: during exp, no other value is on the stack
+  // phi() is called first, so that no other value must be saved during its exp().
+  const double phi = pace(direction).phi(d);
   return parameters_.curve(direction).value(input) + (branch.offset - branch.coefficient * phi);
 }
 
@@ -112,8 +113,11 @@ inline double ExponentialConvergence::slope(const Branch& branch, Direction dire
          sign(direction) * branch.coefficient * pace(direction).decay(d) * parameters_.stretch(input);
 }
 
-// e^{k d} f_0' is lowest at the start, at the end, or where sigma f_0'' + k f_0' turns from negative to
-// positive.
+// Returns true if the branch increases between its start and `target`. The condition is (symbols:
+// model/hysteresis.h)
+//   sigma S < e^{k d} f_0' / h'
+// The right side is smallest at the start, at the target, or at an input in `flattest`. Only these inputs are
+// therefore checked.
 bool ExponentialConvergence::is_increasing(const Branch& branch, Direction direction, double target) const {
   const auto rises = [&](double v) { return slope(branch, direction, v) >= -slope_tolerance_; };
   if (!rises(branch.start_input)) return false;
@@ -177,7 +181,8 @@ Branch ExponentialConvergence::reversed(const HysteresisState& state) const {
     branch.coefficient = below.coefficient * pace(way).decay(between(state.input, below.start_input));
   }
   branch.coefficient += added_coefficient(state, branch.offset, target);
-  const bool overflow = !std::isfinite(branch.coefficient);  // the distance to L_0 can be denormal
+  // S can be infinite if the distance to the target L_0 is a denormal number.
+  const bool overflow = !std::isfinite(branch.coefficient);
   if (overflow) branch.coefficient = 0.0;
   branch.increasing = !overflow && is_increasing(branch, way, target);
   return branch;

@@ -47,8 +47,9 @@
 
 namespace hystcan::model {
 
-/// The law of a branch. Branch::offset is c, in output units. Branch::coefficient is S, in output units per
-/// unit of h; in a regular loop it is >= 0 rising and <= 0 falling.
+/// The law of a branch: its output as a function of the input. Branch::offset is c, in output units.
+/// Branch::coefficient is S, in output units per unit of the input map h; in a regular loop, S is >= 0 if the
+/// branch rises, and <= 0 if it falls (symbols: top of this file).
 class ExponentialConvergence {
  public:
   using Parameters = HysteresisParameters;
@@ -73,16 +74,22 @@ class ExponentialConvergence {
  private:
   /// The functions phi(d) and e^{-k d} for the k of one direction (formulas at the top of this file).
   struct Convergence {
-    double k = 0.0;                // 0 if phi(d) = d to rounding
-    double reciprocal = 0.0;       // 1 / k
-    bool lowest_at_start = true;   // a branch is flattest at its start
-    bool steep = false;            // |k| times the input range > 1: 1 - e^{-k d} is accurate enough
-    double curve_third = 0.0;      // upper bound of |f_0'''|; infinity with an input map
-    double fading_third = 0.0;     // upper bound of |phi'''(d)|
-    std::vector<double> flattest;  // inputs where sigma (f_0' / h')' + k f_0' turns from negative to positive
-    double phi(double d) const;    // accurate to 1e-16 / k if steep, else to rounding
-    double precise_phi(double d) const;  // accurate to rounding: tiny loops divide by it
-    double decay(double d) const;        // e^{-k d}
+    double k = 0.0;               // convergence rate; 0 if it is so small that phi(d) equals d to rounding
+    double reciprocal = 0.0;      // 1 / k, with the convergence rate k; 0 if k is 0
+    bool lowest_at_start = true;  // true: a branch that increases at its start increases everywhere
+    bool steep = false;           // true: |k| times the input range > 1, so that 1 - e^{-k d} is accurate
+    // Upper bound of |third derivative| of the curve f_0; infinity with an input map.
+    double curve_third = 0.0;
+    double fading_third = 0.0;  // upper bound of |third derivative| of phi(d)
+    // Inputs at which a branch may decrease although it increases at both ends. At these inputs, the
+    // following term turns from negative to positive:
+    //   sigma (f_0' / h')' + k f_0'
+    std::vector<double> flattest;
+    double phi(double d) const;  // returns phi(d); its error is 1e-16 / k if `steep`, else rounding
+    // Returns phi(d), always accurate to rounding. A tiny loop needs this, because the code divides by its
+    // phi(d).
+    double precise_phi(double d) const;
+    double decay(double d) const;  // returns e^{-k d}
   };
 
   Convergence convergence(Direction direction) const;
@@ -94,7 +101,8 @@ class ExponentialConvergence {
 
   HysteresisParameters parameters_;
   Convergence ascending_, descending_;
-  double slope_tolerance_ = 0.0;  // 1e-9 of the mean slope
+  // 1e-9 of the mean slope: a branch may fall by this slope, because of rounding.
+  double slope_tolerance_ = 0.0;
 };
 
 extern template class MemoryModel<ExponentialConvergence>;

@@ -15,7 +15,7 @@
 
 namespace hystcan::model {
 
-/// True if x(v) = x(-v).
+/// Returns true if an input v and its negative give the same output, x(v) = x(-v).
 template <class Model>
 bool is_even(const Model& model) {
   if constexpr (requires { model.symmetry(); })
@@ -33,17 +33,20 @@ struct Prediction {
   bool finite = true;      ///< false: the request was not a finite number; the memory was not changed
 };
 
-/// Result of inverse(): `value` is an input. With it, advance() needs no evaluation of the branch.
+/// Result of inverse(): `value` is an input. advance() with this result usually need not evaluate the branch
+/// again.
 struct FoundInput : Prediction {
-  Expansion near{};     ///< the branch where it was last evaluated; the slope is 0 if it was not
-  bool is_met = false;  ///< `near` gives the level of the input to rounding
+  /// Value and derivatives of the branch at the last input that inverse() evaluated. The slope is 0 if
+  /// inverse() evaluated no input.
+  Expansion near{};
+  bool is_met = false;  ///< true if `near`, evaluated at the found input, gives its level to rounding
 };
 
 template <class M>
 concept HysteresisOperator = requires(const M& model, const typename M::State& state,
                                       typename M::State& moved, double number, std::span<char> text) {
   { model.kind() } -> std::convertible_to<std::string_view>;          // the name in a model file
-  { model.fingerprint() } -> std::same_as<std::uint64_t>;             // identifies all parameters
+  { model.fingerprint() } -> std::same_as<std::uint64_t>;             // hash of all parameters
   { model.input_range() } -> std::convertible_to<Interval>;           // thresholds, input units
   { model.virgin(number) } -> std::same_as<typename M::State>;        // empty memory at this input
   { model.reachable(state) } -> std::same_as<Interval>;               // outputs that this state can reach
@@ -58,8 +61,9 @@ concept HysteresisOperator = requires(const M& model, const typename M::State& s
 
 struct Tally {
   std::size_t rows = 0;
-  std::size_t saturated = 0;       ///< requests out of reach, replaced by the nearest reachable value
-  std::size_t not_increasing = 0;  ///< rows on a branch that does not increase
+  /// Number of requests out of reach, replaced by the nearest reachable value.
+  std::size_t saturated = 0;
+  std::size_t not_increasing = 0;  ///< number of rows on a branch that does not increase
 
   void count(const Prediction& step) {
     ++rows;

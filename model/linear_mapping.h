@@ -17,7 +17,8 @@
 
 namespace hystcan::model {
 
-/// The law of a branch: Branch::coefficient is b, Branch::offset is x_s - b f_0(v_s).
+/// The law of a branch: its output as a function of the input. Branch::coefficient is b, and Branch::offset
+/// is x_s - b f_0(v_s) (symbols: top of this file).
 class AffineMap {
  public:
   using Parameters = HysteresisParameters;
@@ -45,7 +46,8 @@ class AffineMap {
   Branch joined(Point start, Point target, Direction direction) const;
 
   HysteresisParameters parameters_;
-  double ascending_third_ = 0.0, descending_third_ = 0.0;  // upper bounds of |f_0'''|
+  // Upper bound of the third derivative of each curve.
+  double ascending_third_ = 0.0, descending_third_ = 0.0;
 };
 
 using LinearMapping = MemoryModel<AffineMap>;

@@ -21,7 +21,7 @@
 
 namespace hystcan::model {
 
-enum class Symmetry { none, even };  ///< even: x(v) = x(-v), the butterfly of magnetostriction
+enum class Symmetry { none, even };  ///< even: an input and its negative give the same output, x(v) = x(-v)
 constexpr auto words(Symmetry) { return std::to_array<std::string_view>({"none", "even"}); }
 
 enum class Direction : int { ascending = 1, descending = -1 };
@@ -55,7 +55,8 @@ class BranchStack {
   const Branch* begin() const { return slots_.data(); }
   const Branch* end() const { return slots_.data() + size_; }
   void push(const Branch& branch) { slots_[size_++] = branch; }  ///< must not be called when full()
-  void keep(std::size_t count) { size_ = count; }                ///< pops until `count` are left
+  /// Removes the last branches until `count` are left.
+  void keep(std::size_t count) { size_ = count; }
 
  private:
   std::vector<Branch> slots_;
@@ -82,13 +83,15 @@ struct Point {
 /// with the innermost one. The path stays continuous and increasing; only the loop that would have opened
 /// inside the innermost one is lost. `merged` counts the steps taken in this way.
 struct HysteresisState {
-  BranchStack branches;  ///< the capacity is fixed at construction
+  BranchStack branches;  ///< the outermost branch first; the capacity is fixed at construction
   Origin origin = Origin::virgin;
-  double input = 0.0;   ///< |v| if symmetry is even
-  double level = 0.0;   ///< level of the present point on its branch
-  double output = 0.0;  ///< equals `level`, or its map in a butterfly
+  double input = 0.0;   ///< present input v; its magnitude |v| if symmetry is even
+  double level = 0.0;   ///< present value of the branch: in a butterfly, before the output map
+  double output = 0.0;  ///< present output: `level` or, in a butterfly, its map
   std::size_t merged = 0;
-  Expansion near{};  ///< branch where the inverse last evaluated it: the next search starts there
+  /// Value and derivatives of the branch at the input that the last inverse evaluated. The next inverse
+  /// starts its search there.
+  Expansion near{};
 
   std::size_t depth() const { return branches.size(); }
   Direction direction() const { return direction(depth() - 1); }

@@ -29,14 +29,17 @@ namespace hystcan::model {
 template <class L>
 concept BranchLaw = requires(const L& law, const Branch& branch, const HysteresisState& state,
                              Direction direction, double v) {
-  typename L::Parameters;                                   // what a law is constructed from
+  // The type of the parameters from which a law is constructed.
+  typename L::Parameters;
   { law.kind() } -> std::convertible_to<std::string_view>;  // the name in a model file
-  { law.fingerprint() } -> std::same_as<std::uint64_t>;     // identifies all parameters
+  { law.fingerprint() } -> std::same_as<std::uint64_t>;     // hash of all parameters
   { law.input_range() } -> std::convertible_to<Interval>;
   { law.symmetry() } -> std::same_as<Symmetry>;
-  { law.threshold_branch(direction) } -> std::same_as<Branch>;  // rises from L_0 or falls from U_0
-  { law.virgin_branch() } -> std::same_as<Branch>;              // the first path; starts at L_0
-  { law.reversed(state) } -> std::same_as<Branch>;              // the branch that starts at the present point
+  // The branch that rises from the lower convergence point L_0, or falls from the upper threshold point U_0.
+  { law.threshold_branch(direction) } -> std::same_as<Branch>;
+  // The branch of an empty memory; starts at L_0.
+  { law.virgin_branch() } -> std::same_as<Branch>;
+  { law.reversed(state) } -> std::same_as<Branch>;  // the branch that starts at the present point
   { law.value(branch, direction, v) } -> std::same_as<double>;
   { law.jet(branch, direction, v) } -> std::same_as<Jet>;
   // Upper bound of |d3f/dv3| on the branch; infinity if the slope has kinks.
@@ -129,7 +132,7 @@ class MemoryModel {
 
   Law law_;
   Branch lower_, upper_;  // the branches that start at L_0 and at U_0
-  double rounding_;       // tolerance of the inverse, as a level
+  double rounding_;       // levels that differ by at most this value count as equal in inverse()
 };
 
 }  // namespace hystcan::model

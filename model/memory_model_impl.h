@@ -12,17 +12,19 @@
 
 namespace hystcan::model {
 
-/// A part of the path on one branch, and the change of the memory when the path takes this part.
+/// The part of one branch on which the path arrives at its goal (an input, or the output of an inverse), and
+/// the change of the memory when the path goes there.
 template <BranchLaw Law>
 struct MemoryModel<Law>::Segment {
   Branch branch;
   Direction direction = Direction::ascending;
-  double begin = 0.0;              // input of a point of the branch, at or before the goal
-  const Branch* end = nullptr;     // a branch whose start is a point of `branch`, at or beyond the goal
-  std::size_t kept = 0;            // number of branches that stay, including `branch` unless it is new
-  bool is_new = false;             // the branch starts at the present point
-  bool backwards = false;          // the memory is full: the path moves backwards on the branch
-  const Branch* passed = nullptr;  // the branch whose start is the last turning point that was reached
+  double begin = 0.0;           // input at which this part of the branch begins
+  const Branch* end = nullptr;  // branch whose start is the end of this part, at or beyond the goal
+  std::size_t kept = 0;         // number of branches that stay in the memory, without a new branch
+  bool is_new = false;          // true: the path reverses, and `branch` is new
+  bool backwards = false;       // true: the memory is full, and the path moves backwards on `branch`
+  // The last turning point that the path passes: the start of this branch. Null if the path passes none.
+  const Branch* passed = nullptr;
 };
 
 template <BranchLaw Law>
@@ -135,8 +137,9 @@ HysteresisState MemoryModel<Law>::remembering(const TurningPoints& points, std::
   return state;
 }
 
-// Searches the memory by input (forward) or by level (inverse): turning points are ordered in both. `to` must
-// be strictly between the thresholds and differ from `from`.
+// Finds the branch on which the path arrives at `to`. Searches by input (forward) or by level (inverse),
+// because the turning points are ordered in both. `to` must be strictly between the thresholds and differ
+// from `from`.
 template <BranchLaw Law>
 template <double Branch::*axis>
 typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, double from,
@@ -171,8 +174,8 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   return segment;
 }
 
-// True if `to` is between the present point and the target of the present branch, by input or by level. Most
-// steps are of this kind.
+// Returns true if `to` is between the present point and the target of the present branch, by input or by
+// level. Such a step adds and removes no turning point. Most steps are of this kind.
 template <BranchLaw Law>
 template <double Branch::*axis>
 bool MemoryModel<Law>::stays_on_branch(const State& state, double from, double to) const {
@@ -209,7 +212,8 @@ inline Prediction MemoryModel<Law>::advance(State& state, double input) const {
   return step;
 }
 
-// Handles the steps that turn, reach a target, or cannot move at all.
+// Advances by a step that is not covered by stays_on_branch(): the input reverses, reaches a target or a
+// threshold, does not change, or is not finite.
 template <BranchLaw Law>
 Prediction MemoryModel<Law>::advance_past(State& state, double input) const {
   if (!std::isfinite(input)) return {state.level, false, state.branches.back().increasing, false};
@@ -256,7 +260,8 @@ FoundInput MemoryModel<Law>::inverse(const State& state, double output) const {
   if (!std::isfinite(output)) return {{std::numeric_limits<double>::quiet_NaN(), false, true, false}};
   if (output > state.level && output >= upper_.start_level)
     return {{upper_.start_input, output > upper_.start_level, upper_.increasing, true}};
-  if (output < state.level && state.level < lower_.start_level)  // on the virgin curve no output is lower
+  // No lower output can be reached on the virgin curve.
+  if (output < state.level && state.level < lower_.start_level)
     return {{state.input, true, increasing, true}};
   if (output < state.level && output <= lower_.start_level)
     return {{lower_.start_input, output < lower_.start_level, lower_.increasing, true}};
@@ -266,11 +271,13 @@ FoundInput MemoryModel<Law>::inverse(const State& state, double output) const {
   return solve(state, segment.branch, segment.direction, segment.begin, *segment.end, output);
 }
 
-// Returns the input between `begin` and the start of `end`. Returns the start of `end` if the levels differ
-// only by rounding, so that rounding alone makes no turning point.
+// Returns the input, between `begin` and the start of `end`, at which the branch has the level `level`. If
+// this level differs from the start level of `end` only by rounding, returns the start of `end`, so that
+// rounding alone makes no turning point.
 //
-// The evaluation of the step before gives a guess. One evaluation at the guess is sufficient for most steps.
-// After a turn the guess comes from another branch and costs one more evaluation, but a path seldom turns.
+// The last evaluation of an earlier inverse gives a first guess. In most steps, one evaluation at the guess
+// is sufficient. After a reversal, the guess comes from another branch and costs one more evaluation;
+// reversals are rare.
 template <BranchLaw Law>
 inline FoundInput MemoryModel<Law>::solve(const State& state, const Branch& branch, Direction direction,
                                           double begin, const Branch& end, double level) const {

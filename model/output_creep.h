@@ -91,8 +91,9 @@ class HeldCreep {
  public:
   struct State {
     OutputCreep::State creep;
-    double h = 0.0;  ///< output of the hysteresis in the last row
-    /// Time of the last row; `nullopt` if the state was saved at the time of the next row.
+    double h = 0.0;  ///< output h of the hysteresis in the last row, output units
+    /// Time of the last row. If it is `nullopt`, the creep has already been advanced to the time of the next
+    /// row: the first hold_until() does not advance it.
     std::optional<double> time_s{};
   };
 

@@ -9,7 +9,7 @@
 namespace hystcan::model {
 namespace {
 
-constexpr int scanned = 1000;  // steps over the range
+constexpr int scanned = 1000;  // number of grid steps in the search for the valley
 
 // Returns the m where the slope changes its sign. The slope must be below zero at `lo` and above zero at
 // `hi`.

@@ -44,7 +44,7 @@ void check_thresholds(const std::vector<double>& thresholds) {
   }
 }
 
-// Returns the slopes W_0, ..., W_m.
+// Returns the slopes W_i = w_0 + ... + w_i of the output, i = 0 ... m, from `gain` (w_0) and the weights.
 std::vector<double> slopes_of(double gain, const std::vector<double>& weights) {
   if (!std::isfinite(gain) || gain <= 0) refuse("gain = ", gain, ", expected a positive number");
   std::vector<double> slopes{gain};
@@ -74,7 +74,8 @@ auto numbers(std::vector<double>& values) {
   return Eigen::Map<Eigen::ArrayXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
-// Returns all plays at `input`, as an unevaluated expression: max(v - r, min(v + r, y)).
+// Returns the outputs of all plays at `input` as an Eigen expression, which is computed when it is used:
+// max(v - r, min(v + r, y)), with the input v, thresholds r and previous outputs y.
 template <class Array>
 auto moved(const Array& plays, const Array& thresholds, double input) {
   return (input - thresholds).max((input + thresholds).min(plays));
@@ -165,7 +166,8 @@ double PrandtlIshlinskii::output_at(const State& state, double input) const {
   return (parameters_.offset + parameters_.gain * input) + (numbers(parameters_.weights) * plays).sum();
 }
 
-// Moves from kink to kink: x has slope W_i from the kink where play i starts to move.
+// Returns the input that gives `output`. Follows the output from kink to kink; a kink is the input at which
+// the next play starts to move. While the plays 1 to i move, the output has the slope W_i.
 double PrandtlIshlinskii::input_at(const State& state, double output) const {
   const double direction = output > state.output ? 1.0 : -1.0;
   double input = state.input, reached = state.output;

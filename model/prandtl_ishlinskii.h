@@ -45,11 +45,13 @@ namespace hystcan::model {
 struct PrandtlIshlinskiiParameters {
   std::string input_unit;
   std::string output_unit;
-  Interval input_range;            ///< [v_lo, v_hi]
+  Interval input_range;            ///< thresholds [v_lo, v_hi], input units
   double offset = 0.0;             ///< x_0: output at v = 0 with all plays at 0, output units
-  double gain = 1.0;               ///< w_0 > 0
-  std::vector<double> thresholds;  ///< r_1, ..., r_m; may be empty
-  std::vector<double> weights;     ///< w_1, ..., w_m; may be negative while every W_i = w_0 + ... + w_i > 0
+  double gain = 1.0;               ///< w_0: output units per input unit, greater than 0
+  std::vector<double> thresholds;  ///< thresholds r_1, ..., r_m of the plays, input units; may be empty
+  /// Weights w_1, ..., w_m of the plays, output units per input unit. A weight may be negative if every sum
+  /// W_i = w_0 + ... + w_i is greater than 0.
+  std::vector<double> weights;
 };
 
 /// The whole memory of the actuator. The output is always a function of the input and the plays.
@@ -71,8 +73,8 @@ class PrandtlIshlinskii {
   using State = PlayState;
 
   /// Throws std::invalid_argument, with the index, if a number is not finite, if the range is not lo < hi, if
-  /// the thresholds do not increase from zero or do not match the weights, or if a W_i is not above its
-  /// rounding error, 1e-12 (w_0 + |w_1| + ... + |w_i|).
+  /// the thresholds do not increase from zero or do not match the weights, or if a sum W_i = w_0 + ... + w_i
+  /// is not above its rounding error, 1e-12 (w_0 + |w_1| + ... + |w_i|).
   explicit PrandtlIshlinskii(PrandtlIshlinskiiParameters parameters);
 
   const PrandtlIshlinskiiParameters& parameters() const { return parameters_; }
@@ -83,8 +85,9 @@ class PrandtlIshlinskii {
   /// Returns the state with every play centred: y_i = input. Throws std::invalid_argument if `input` is
   /// outside the range.
   State virgin(double input) const;
-  /// Restores a saved state. Throws std::invalid_argument, with the index, if it cannot belong to this model:
-  /// a different number of plays, a number that is not finite, an input outside the range, or beyond rounding
+  /// Restores a saved state. Throws std::invalid_argument, with the index, if the state cannot belong to this
+  /// model: a different number of plays, a number that is not finite, an input outside the range, or plays
+  /// y_i that are too far apart for their thresholds r_i (y_0: input, r_0 = 0), beyond rounding:
   ///   |y_i - y_{i-1}| > r_i - r_{i-1}    (|y_i - input| > r_i implies this for some play up to i)
   State restore(double input, std::span<const double> plays) const;
 
@@ -108,7 +111,7 @@ class PrandtlIshlinskii {
   double input_at(const State& state, double output) const;
 
   PrandtlIshlinskiiParameters parameters_;
-  std::vector<double> slopes_;  // W_0, ..., W_m
+  std::vector<double> slopes_;  // W_i = w_0 + ... + w_i: slope of the output while the plays 1 to i move
   std::uint64_t fingerprint_ = 0;
 };
 

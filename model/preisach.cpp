@@ -73,8 +73,9 @@ double EverettLaw::weight_up_to(Cell v) const {
          v.fraction * v.fraction * on_diagonal(i);
 }
 
-// A cell off the diagonal is a square. The cell on the diagonal of column j is a triangle. If it is entirely
-// in alpha' <= alpha, the share q (2 - q) of its weight has beta' <= beta.
+// Cuts the row of alpha at the fraction p and the column of beta at the fraction q. A cell off the diagonal
+// is a square, so that its weight is linear in p and q. The cell on the diagonal of column j is a triangle:
+// the part up to the fraction q of its width has the share q (2 - q) of its weight.
 double EverettLaw::left_of(Cell alpha, Cell beta) const {
   const std::size_t i = alpha.index, j = beta.index;
   const double p = alpha.fraction, q = beta.fraction;
@@ -106,7 +107,9 @@ double EverettLaw::value(const Branch& branch, Direction direction, double input
          (direction == Direction::ascending ? moved + everett(input, s) : moved - everett(s, input));
 }
 
-// Rising: the derivative of E(v, v_s) by its first argument. Falling: of -E(v_s, v) by its second argument.
+// Returns the slope of a branch that starts at v_s (E: Everett function, model/preisach.h). For a rising
+// branch, this is `gain` plus the derivative of E(v, v_s) by v. For a falling branch, it is `gain` plus the
+// derivative of -E(v_s, v) by v.
 double EverettLaw::slope(const Branch& branch, Direction direction, double input) const {
   const Cell v = cell(input), s = cell(branch.start_input);
   const std::size_t i = v.index, j = s.index;

@@ -30,12 +30,14 @@ struct PreisachParameters {
   std::string input_unit;
   std::string output_unit;
   Interval input_range;
-  double offset = 0.0;          ///< x_lo: output at v_lo with all relays off
-  double gain = 0.0;            ///< reversible part, output units per input unit, >= 0
-  std::vector<double> weights;  ///< w_00, w_10, w_11, w_20, ...: N (N + 1) / 2 of them, output units, >= 0
+  double offset = 0.0;  ///< x_lo: output at v_lo with all relays off
+  double gain = 0.0;    ///< slope of the reversible part, output units per input unit, >= 0
+  /// Weights w_00, w_10, w_11, w_20, ... of the N (N + 1) / 2 cells, output units, >= 0.
+  std::vector<double> weights;
 };
 
-/// The law of a branch. It does not use Branch::offset and Branch::coefficient.
+/// The law of a branch: its output as a function of the input. Branch::offset and Branch::coefficient are not
+/// used.
 class EverettLaw {
  public:
   using Parameters = PreisachParameters;
@@ -55,25 +57,26 @@ class EverettLaw {
   double value(const Branch& branch, Direction direction, double input) const;
   Jet jet(const Branch& branch, Direction direction, double input) const;
   static double third_derivative_bound(const Branch&, Direction) {
-    return std::numeric_limits<double>::infinity();  // the slope has kinks where cells meet
+    return std::numeric_limits<double>::infinity();  // the slope has kinks at the borders of the cells
   }
 
  private:
   struct Cell {
-    std::size_t index = 0;  // row or column
+    std::size_t index = 0;  // number of the row or column of the grid
     double fraction = 0.0;  // position inside the cell, 0 to 1
   };
   Cell cell(double input) const;
   double below(std::size_t rows, std::size_t columns) const { return below_[rows * (levels_ + 1) + columns]; }
   double on_diagonal(std::size_t i) const { return below(i + 1, i + 1) - below(i + 1, i); }
-  double weight_up_to(Cell v) const;            // weight of alpha <= v
-  double left_of(Cell alpha, Cell beta) const;  // weight of alpha' <= alpha, beta' <= beta
+  double weight_up_to(Cell v) const;            // weight of the relays with alpha <= v
+  double left_of(Cell alpha, Cell beta) const;  // weight of the relays with alpha' <= alpha and beta' <= beta
   double everett(double alpha, double beta) const;
   double slope(const Branch& branch, Direction direction, double input) const;
 
   PreisachParameters parameters_;
   std::size_t levels_ = 0;
-  std::vector<double> below_;  // weight of the first rows and columns, (levels + 1)^2 numbers
+  // below(rows, columns): weight of the first rows and columns of cells, for 0 to `levels` of each.
+  std::vector<double> below_;
 };
 
 using Preisach = MemoryModel<EverettLaw>;

@@ -33,7 +33,8 @@ std::vector<double> doubles(const std::vector<Extended>& numbers) {
   return result;
 }
 
-// Horner's rule on p(centre + radius s). The partial sums are Chebyshev series:
+// Converts a polynomial in v into a Chebyshev series in s, with v = centre + radius s. Uses Horner's rule;
+// each partial sum is a Chebyshev series, which is multiplied by s with
 //   s T_j = (T_{j+1} + T_{|j-1|}) / 2
 std::vector<double> chebyshev_from_power(const std::vector<double>& power, const Interval& domain) {
   const Extended centre = (Extended(domain.lo) + domain.hi) / 2;
@@ -53,7 +54,9 @@ std::vector<double> chebyshev_from_power(const std::vector<double>& power, const
   return doubles(sum);
 }
 
-// Clenshaw's recurrence with polynomials instead of numbers: b_j = c_j + 2 s b_{j+1} - b_{j+2}.
+// Converts a Chebyshev series with the coefficients c_j into a polynomial in s. Uses Clenshaw's recurrence
+//   b_j = c_j + 2 s b_{j+1} - b_{j+2}
+// in which each b_j is a polynomial (for j = 0 without the factor 2).
 std::vector<Extended> power_from_chebyshev(const std::vector<double>& c) {
   const std::size_t n = c.size();
   std::vector<Extended> b1(n + 1), b2(n + 1), b0(n + 1);
@@ -94,7 +97,9 @@ ChebyshevSeries::ChebyshevSeries(std::vector<double> coefficients) : chebyshev_(
   powers_.resize((powers.size() + 3) / 4 * 4);
 }
 
-// c'_{j-1} = c'_{j+1} + 2 j c_j; then c'_0 is halved, and all are multiplied by ds/dv.
+// Returns the derivative by v, a series with the coefficients c'_j, from the coefficients c_j:
+//   c'_{j-1} = c'_{j+1} + 2 j c_j
+// After this, c'_0 is halved, and all c'_j are multiplied by ds/dv.
 ChebyshevSeries ChebyshevSeries::derivative(double ds_dv) const {
   const std::size_t n = chebyshev_.size();
   std::vector<double> d(n + 1, 0.0);
@@ -144,7 +149,7 @@ double ReferenceCurve::third_derivative_bound() const {
     return bends ? std::numeric_limits<double>::infinity() : spline_->third_derivative_bound();
   }
   const ChebyshevSeries third = curvature_.derivative(ds_dv_);
-  double sum = 0.0;  // |T_j| <= 1
+  double sum = 0.0;  // a bound, because each Chebyshev polynomial is within -1 and 1
   for (const double c : third.coefficients()) sum += std::abs(c);
   return sum;
 }
@@ -159,8 +164,9 @@ ReferenceCurve ReferenceCurve::with(const std::vector<double>& coefficients) con
   return {Basis::chebyshev, coefficients, domain_};
 }
 
-// The grid is even in F(v). Half of F grows evenly with v; the other half grows by the same amount in each
-// piece of the spline.
+// The grid is evenly spaced in F(v), which rises from 0 to 1. F is the mean of two functions: one is linear
+// in v, and the other rises by the same amount in each piece of the spline. Short pieces therefore get enough
+// points.
 std::vector<double> grid_of(Interval range, const std::vector<double>& knots, std::size_t steps) {
   std::vector<double> inputs{range.lo}, share{0.0};
   const double pieces = knots.empty() ? 0.0 : static_cast<double>(knots.size() - 1);

@@ -73,10 +73,10 @@ class ReferenceCurve {
   ReferenceCurve(CubicSpline spline, Interval domain);
 
   double value(double v) const { return spline_ ? spline_->value(v) : value_(ds_dv_ * (v - centre_)); }
-  double slope(double v) const {  ///< df/dv
+  double slope(double v) const {  ///< slope df/dv, output units per input unit
     return spline_ ? spline_->slope(v) : slope_(ds_dv_ * (v - centre_));
   }
-  double curvature(double v) const {  ///< d2f/dv2
+  double curvature(double v) const {  ///< second derivative d2f/dv2
     return spline_ ? spline_->curvature(v) : curvature_(ds_dv_ * (v - centre_));
   }
   /// Returns an upper bound of |d3f/dv3| on the interval; infinity if the outer knots of a spline are inside.
@@ -102,16 +102,19 @@ class ReferenceCurve {
   const std::vector<double>& coefficients() const {
     return spline_ ? spline_->coefficients() : value_.coefficients();
   }
-  const std::vector<double>& knots() const;  ///< empty for a polynomial
+  const std::vector<double>& knots() const;  ///< knots of a spline; empty for a polynomial
   /// Returns a curve with these coefficients and the same basis, knots and interval.
   ReferenceCurve with(const std::vector<double>& coefficients) const;
 
  private:
   Interval domain_;
-  double centre_;  // s = ds_dv (v - centre)
+  double centre_;  // middle of the interval: a polynomial uses the scaled input s = ds_dv_ (v - centre_)
   double ds_dv_;
-  ChebyshevSeries value_, slope_, curvature_;  // the curve and its derivatives by v
-  std::vector<double> blocks_;  // their coefficients of s^j, in groups of four: value, slope, curvature, ...
+  ChebyshevSeries value_, slope_, curvature_;  // the curve and its first two derivatives by v
+  // Coefficients of s^0, s^1, ... of value_, slope_ and curvature_, in groups of four: four of the value,
+  // four of the slope, four of the curvature, then the next group. Empty if a series uses Clenshaw's
+  // recurrence.
+  std::vector<double> blocks_;
   std::optional<CubicSpline> spline_;
 };
 

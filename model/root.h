@@ -27,8 +27,8 @@ struct Expansion {
 };
 
 struct RootStep {
-  double length = 0.0;     ///< d, signed
-  bool is_halley = false;  ///< false: Newton's step
+  double length = 0.0;     ///< change d of the input, positive or negative
+  bool is_halley = false;  ///< true: Halley's step; false: Newton's step
 };
 
 /// Returns the step d from the input of the expansion towards f = `value`, with r = f - value:
@@ -45,7 +45,8 @@ inline RootStep step_to(double value, const Expansion& from) {
 /// Stop criteria: the root is exact to rounding if one of them is met.
 struct RootTolerance {
   double value = 0.0;  ///< the search ends if |f(v) - value| is at most this
-  /// Upper bound of |f'''|. The search also ends after a Halley step whose error is at most `value`.
+  /// Upper bound of the third derivative, |f'''|, from which is_last() computes the largest error of a Halley
+  /// step. The search also ends after a step whose error is at most `value`.
   double third = std::numeric_limits<double>::infinity();
 };
 
@@ -69,9 +70,10 @@ struct Bracket {
 
 struct Root {
   double input = 0.0;
-  /// The function where it was last evaluated.
+  /// Value and derivatives of the function at the last input that was evaluated.
   Expansion near{};
-  bool is_met = false;  ///< `near` gives f(input), which equals the value: both to the tolerance
+  /// True if f(input) equals the wanted value, and `near` gives f(input), within the tolerance.
+  bool is_met = false;
 };
 
 /// Returns the v between `begin` and `end` with f(v) = `value`, by Halley's method inside a bracket that

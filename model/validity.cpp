@@ -150,7 +150,7 @@ Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen,
   const ReferenceCurve& curve = p.curve(direction);
   const Interval& range = curve.domain();
   const double k = p.k(direction);
-  // With such a small k, phi(d) equals d to rounding.
+  // With such a small k, phi(d) equals d to rounding (phi: model/hysteresis.h).
   const bool straight = std::abs(k) * (p.place(range.hi) - p.place(range.lo)) <= 1e-17;
   grid.input = grid_of(range, curve.knots(), steps);
   if (seen == Direction::descending) std::ranges::reverse(grid.input);
@@ -189,7 +189,8 @@ class Scan {
   template <class OnFound>
   void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
-    // Factors e^{-k d} and phi(d) at each grid point, for branches that start at the threshold.
+    // Factors e^{-k d} and phi(d) at each grid point, with the distance d from the threshold. `rising` is for
+    // the branch that rises from the threshold, and `fallen` for the falling branches that end there.
     std::vector<Along> rising(steps_ + 1), fallen(steps_ + 1);
     for (std::size_t i = 1; i <= steps_; ++i) {
       (rising[i] = rising[i - 1]).pass(rise_, i);
