@@ -18,7 +18,8 @@ namespace hystcan::identification {
 
 class BranchRows {
  public:
-  /// Computes the rows of all branches of `path`. `basis` must exist as long as the object.
+  /// Computes the rows for the offset c and the coefficient S of all branches of `path`. `basis` must exist
+  /// as long as the object.
   BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace);
 
   // Return the rows whose products with theta are the offset c and the coefficient S of a branch.
@@ -31,7 +32,7 @@ class BranchRows {
  private:
   const CurveBasis& basis_;
   Pace pace_;
-  Eigen::MatrixXd offset_, convergence_;  // one column for each branch
+  Eigen::MatrixXd offset_, convergence_;  // rows of c and of S, stored as columns: one for each branch
 };
 
 }  // namespace hystcan::identification

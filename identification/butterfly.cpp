@@ -20,20 +20,23 @@ namespace {
 constexpr double least_input_swing = 0.02;
 // Minimum depth of a valley on both sides, as a share of the output span.
 constexpr double valley_depth = 0.05;
-// The depth of a valley must also exceed this multiple of the noise, because the lowest of many samples is
-// far below the others.
+// The depth of a valley must also exceed this multiple of the noise, because noise alone makes the lowest of
+// many samples much lower than the others.
 constexpr double noisy_depth = 8.0;
 // Minimum distance of a valley from the turning points, as a share of the swing.
 constexpr double valley_distance = 0.05;
-// Minimum weight of a sample, as a share of the largest weight; in a valley, the output hardly determines m.
+// Minimum weight of a sample, as a share of the largest weight. In a valley, the output hardly depends on the
+// inner variable m, so that the weight would be near 0.
 constexpr double least_weight = 0.02;
-// Maximum distance between the linearised z and m in one sample, as a share of the range of m.
+// Maximum change of the inner variable m of a sample in one Gauss-Newton step, as a share of the range of m.
+// Near the valley, the linearised map would give a much larger change.
 constexpr double longest_step = 0.2;
-// The order of the map is raised only if the error falls below this share of the former error.
+// A higher order of the output map is used only if the error falls below this share of the error with the
+// lower order.
 constexpr double worth_a_term = 0.98;
 constexpr Eigen::Index first_regressor = 3, last_regressor = 6;
 constexpr int most_passes = 8;
-// The first passes select the shape of the curves again; later passes keep it.
+// Number of passes that select the shape of the curves again; later passes keep the shape.
 constexpr int passes_with_shape = 3;
 
 struct Swing {
@@ -84,9 +87,9 @@ std::vector<double> sides_of(const Dataset& dataset, const std::vector<Swing>& s
   return sides;
 }
 
-// Scales the weights of all samples so that their mean square is 1. Then an error in the fit has the size of
-// m. Returns the size of such an error in units of the output x; `slope` is this size for a weight of 1
-// before scaling.
+// Scales the weights of all samples so that their mean square is 1. Returns the factor that converts a
+// weighted error of m (the inner variable, which is fitted) to an error of the output x. `slope` is this
+// factor before scaling.
 double scale_weights(std::vector<Dataset>& datasets, double slope) {
   double largest = 0.0, square = 0.0, samples = 0.0;
   for (const Dataset& dataset : datasets)
@@ -118,7 +121,7 @@ std::vector<std::vector<double>> regressors_of(const std::vector<double>& levels
 
 struct Linear {
   std::vector<Dataset> datasets;  // datasets of the inner variable m
-  double unit = 1.0;              // size of a weighted error of 1 in m, in units of the output x
+  double unit = 1.0;              // converts a weighted error of m to an error of the output x
 };
 
 Linear linear_datasets(const std::vector<Dataset>& given, const std::vector<double>& offsets,
@@ -255,7 +258,7 @@ class Butterfly {
     try {
       model::OutputMap map({c.begin(), c.end()}, inner);
       return FittedMap{std::move(map), std::sqrt(std::max(0.0, c.dot(H * c - 2.0 * g) + square) / count)};
-    } catch (const std::invalid_argument&) {  // a crest
+    } catch (const std::invalid_argument&) {  // the map is not valid: it has a crest or a second valley
       return std::nullopt;
     }
   }
@@ -268,7 +271,8 @@ class Butterfly {
     model::HysteresisParameters& p = found.parameters;
     for (model::ReferenceCurve* curve : {&p.ascending, &p.descending}) {
       std::vector<double> coefficients = curve->coefficients();
-      // The B-splines add up to 1, so that a constant changes every coefficient.
+      // Subtracts a constant from the curve. For a spline, this changes every coefficient, because the
+      // B-splines add up to 1; for a Chebyshev series, it changes only the first.
       const bool all = curve->basis() == model::Basis::spline;
       for (std::size_t i = 0; i < coefficients.size(); ++i)
         coefficients[i] = (coefficients[i] - (all || i == 0 ? middle : 0.0)) / half;

@@ -31,7 +31,8 @@ bool passes_valley(const Dataset& dataset);
 Identified identify_butterfly(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
                               const IdentifyDatasets& curves);
 
-/// Returns the datasets of the inner variable m in the last step, for studies of an identified butterfly.
+/// Returns the datasets of the inner variable m (z at the top of this file), linearised at an identified
+/// butterfly. For studies of the result.
 std::vector<Dataset> linearised(const std::vector<Dataset>& datasets, const Identified& identified);
 
 }  // namespace hystcan::identification

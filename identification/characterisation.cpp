@@ -143,7 +143,8 @@ Trends trends(const Dataset& dataset, const std::vector<double>& predicted) {
   found.gain = slope_of(predicted, residual) * span_of(predicted);
   const double duration = dataset.time_s.back() - dataset.time_s.front();
   found.drift = slope_of(dataset.time_s, residual) * duration;
-  // Number of slopes for the standard error; each slope leaves out an eighth of the dataset.
+  // Number of drifts that are computed for the standard error; each one leaves out another eighth of the
+  // dataset.
   constexpr std::size_t blocks = 8;
   if (dataset.size() >= 10 * blocks) {
     std::vector<double> slopes;

@@ -40,8 +40,9 @@ Characterisation characterise(const Dataset& dataset, model::Interval observed);
 struct Trends {
   double drift = 0.0;        ///< change of the residual from the first sample to the last one
   double drift_error = 0.0;  ///< standard error of `drift`, by the jackknife method with blocks
-  double rate = 0.0;         ///< change from the fastest fall of the input to its fastest rise
-  double gain = 0.0;         ///< change from the lowest prediction to the highest one
+  /// Change of the residual from the fastest fall of the input to its fastest rise.
+  double rate = 0.0;
+  double gain = 0.0;  ///< change of the residual from the lowest prediction to the highest one
 };
 Trends trends(const Dataset& dataset, const std::vector<double>& predicted);
 

@@ -134,8 +134,8 @@ VectorXd CurveBasis::line() const {
   return theta;
 }
 
-// Uses 2 (1 - t) = 1 - (2 t - 1), a constant minus a line. For splines, the q in theta of a function that is
-// zero at the upper threshold are its first n coefficients.
+// The gap 2 (1 - t) is a constant minus a line: 1 - (2 t - 1). This gap is zero at the upper threshold. For a
+// spline, its coefficients q in theta are therefore the first n coefficients of constant() - line().
 VectorXd CurveBasis::open() const {
   VectorXd theta = VectorXd::Zero(unknowns());
   if (shape_.is_spline())
@@ -146,7 +146,8 @@ VectorXd CurveBasis::open() const {
 }
 
 MatrixXd CurveBasis::regularisation() const {
-  constexpr double weak = 1e-11;  // factor for every coefficient; for polynomials, it grows with the order
+  // Factor of the squares of all coefficients in this form; for polynomials, it grows with the order.
+  constexpr double weak = 1e-11;
   MatrixXd R = MatrixXd::Zero(unknowns(), unknowns());
   const Index n = size() - 1;
   if (!shape_.is_spline()) {

@@ -35,7 +35,7 @@ struct Pace {
 /// units). For splines, it may include an input map, which defines the distance along a branch.
 struct CurveShape {
   int order = 1;
-  std::vector<double> knots;  ///< empty for a polynomial
+  std::vector<double> knots;  ///< knots of a spline, input units; empty for a polynomial
   /// Input map h, a spline with the same knots; `nullopt` means h(v) = v.
   std::optional<model::CubicSpline> input_map = {};
 
@@ -71,14 +71,14 @@ class CurveBasis {
   void values(double input, Eigen::Ref<Eigen::VectorXd> row) const;
   void slopes(double input, Eigen::Ref<Eigen::VectorXd> row) const;
 
-  /// Returns the row of theta for a sum of values (or slopes) of one reference curve at several inputs. `sum`
-  /// is the sum of the rows that values() (or slopes()) computes at these inputs.
+  /// Returns a row whose product with theta is a sum of values (or slopes) of one reference curve at several
+  /// inputs. `sum` is the sum of the rows that values() (or slopes()) computes at these inputs.
   Eigen::VectorXd row(model::Direction direction, const Eigen::VectorXd& sum) const;
-  /// Returns the matrix R of one reference curve: row(direction, sum) = R sum.
+  /// Returns the matrix R of one reference curve, with which row(direction, sum) equals R times `sum`.
   Eigen::MatrixXd rows(model::Direction direction) const;
-  /// Returns a row of theta for the gap between the curves, (f_0^D - f_0^A) / (2 (1 - t)), at the relative
-  /// input t = (v - v_lo) / (v_hi - v_lo). The gap is divided by 1 - t because it is zero at t = 1; there,
-  /// the row is the limit.
+  /// Returns a row whose product with theta is the gap between the curves, (f_0^D - f_0^A) / (2 (1 - t)), at
+  /// the relative input t = (v - v_lo) / (v_hi - v_lo). The gap is divided by 1 - t because it is zero at t =
+  /// 1; there, the row is the limit.
   Eigen::VectorXd gap(double t) const;
 
   /// Return theta for three pairs of curves, with the relative input t from 0 to 1. constant(): both curves
@@ -101,7 +101,7 @@ class CurveBasis {
 
   CurveShape shape_;
   model::Interval thresholds_;
-  Eigen::MatrixXd gaps_;  // matrix M that makes the gap functions from the basis functions
+  Eigen::MatrixXd gaps_;  // matrix M: the gap functions are G = M B, with the basis functions B
 };
 
 /// Computes the Chebyshev polynomials of order 0, 1, ... at `input`, one for each element of `row`.

@@ -12,7 +12,7 @@ constexpr std::size_t most_turning_points = 2000;  // maximum number of turning 
 
 // Minimum swing of the input that counts as a cycle, as a share of its range.
 constexpr double least_swing_of_range = 0.02;
-// A cycle reaches an end of the range if it comes so close (share of the range).
+// A cycle reaches an end of the input range if its distance from this end is at most this share of the range.
 constexpr double at_the_end = 0.01;
 constexpr int most_folds = 4;  // maximum number of folds in addition to fold 0
 

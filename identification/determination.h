@@ -48,9 +48,9 @@ struct DelayRange {
   /// units. The inputs are those of the datasets, played two or five times as fast.
   double at_twice_the_rate = 0.0, at_five_times_the_rate = 0.0;
 };
-/// Returns the range of good delays. `datasets` must be the datasets of the problem. Thresholds and initial
-/// memories are those that the search found. Returns `nullopt` if the models at the ends of the range have no
-/// inverse, or if `go_on` stopped the computation.
+/// Returns the range of the delays that fit nearly as well as the best delay. `datasets` must be the datasets
+/// of the problem. Thresholds and initial memories are those that the search found. Returns `nullopt` if the
+/// models at the ends of the range have no inverse, or if `go_on` stopped the computation.
 std::optional<DelayRange> delay_range(const Problem& problem, const SearchResult& found,
                                       const std::vector<Dataset>& datasets,
                                       const std::function<bool()>& go_on);

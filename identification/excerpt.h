@@ -39,7 +39,8 @@ class Excerpt {
   std::span<const int> fold_;
   std::size_t stride_;
   std::vector<std::size_t> turning_points_;
-  // Outputs of the kept samples for some weights of the creep, one column each; computed when first needed.
+  // Outputs of the kept samples after the creep was removed. There is one column for each of some weights of
+  // the creep. Computed when first needed.
   mutable Eigen::MatrixXd without_creep_;
 };
 

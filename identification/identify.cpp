@@ -25,8 +25,8 @@ constexpr int most_pieces = 22;           // maximum number of pieces of a splin
 constexpr std::size_t finer_samples = 5;  // the last steps of a search use so many times more samples
 constexpr double worth_creep = 0.97;      // maximum score of a model with creep, relative to one without
 constexpr double shows_creep_s = 0.005;   // longer time steps do not show creep (half of the shortest lag)
-// The search may replace the fitted ascending curve by a curve that fulfils the conditions of a model, if
-// the two differ by less than this share of the RMS error.
+// If no sample is on the ascending reference curve, the curve is replaced (ascending_choice.h); the output
+// must change by less than this share of the RMS error.
 constexpr double unnoticed = 0.1;
 constexpr double rounding = 1e-9;  // tolerance for rounding errors, as a share of the output range
 
@@ -238,8 +238,8 @@ class Identification {
       options_.creep_per_decade = options_.creep_per_decade.value_or(0.0);
     problem_.knots = knot_places(datasets(), problem_.observed);
     problem_.most_pieces = std::min(most_pieces, (samples / 3 - 3) / 2 - 2);
-    // A delay is searched only if a dataset has over 100 samples per cycle. Fewer show only the width of a
-    // loop.
+    // A delay is searched only if a dataset has over 100 samples per cycle. With fewer samples, a delay looks
+    // like a wider loop.
     for (const Characterisation& is : result_.datasets)
       if (static_cast<double>(is.samples) > 100.0 * static_cast<double>(is.cycles))
         problem_.sample_time_s = problem_.sample_time_s > 0.0
@@ -391,7 +391,7 @@ Identified identify(const std::vector<Dataset>& datasets, IdentifyOptions option
   const std::vector<double> references = reference_outputs(datasets, one_zero);
   if (std::ranges::all_of(references, [](double reference) { return reference == 0.0; }))
     return identify_near_zero(datasets, options);
-  // A gain relative to a common zero that is far from the outputs would shift the outputs.
+  // A gain relative to one zero far from the outputs would shift the outputs: all datasets get one gain.
   options.common_gain = options.common_gain || one_zero;
   std::vector<Dataset> near_zero = datasets;
   move_outputs(near_zero, references, -1.0);

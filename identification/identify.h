@@ -54,7 +54,8 @@ struct Identified {
   std::optional<GainsInstead> gains_instead;
   /// For each dataset, its prediction by a fit to the other datasets; empty if there is only one dataset.
   std::vector<LeftOut> left_out;
-  /// Range of good delays; `nullopt` if the delay was given, or if it cannot be determined.
+  /// Range of the delays with which the model fits nearly as well; `nullopt` if the delay was given, or if
+  /// the range cannot be determined.
   std::optional<DelayRange> delay_range;
   /// True if go_on stopped the search: this is the best result so far.
   bool stopped = false;

@@ -51,7 +51,7 @@ class Eliminated {
  private:
   NormalEquations rest_;
   Eigen::VectorXd eliminated_at_zero_;  // best values of the eliminated unknowns at theta = 0
-  Eigen::MatrixXd by_theta_;            // change of the eliminated unknowns with theta
+  Eigen::MatrixXd by_theta_;            // the eliminated unknowns are eliminated_at_zero_ - by_theta_ * theta
 };
 
 }  // namespace hystcan::identification

@@ -9,7 +9,8 @@
 namespace hystcan::identification {
 namespace {
 
-// A law whose output is the input. It leaves only the memory of the hysteresis model.
+// A branch law (model/memory_model.h) whose output equals its input. With this law, a MemoryModel only finds
+// the branches and turning points of a sequence of inputs.
 class InputLaw {
  public:
   using Parameters = model::Interval;
@@ -32,7 +33,8 @@ class InputLaw {
   model::Interval range_;
 };
 
-// Applies inputs to a memory, and records each branch on its stack with a number.
+// Applies inputs to a memory one by one. Gives a number to each branch when it starts, and stores the branch
+// under this number.
 class Tracer {
  public:
   /// `inputs`: expected number of inputs.
@@ -91,7 +93,7 @@ class Tracer {
 
   model::MemoryModel<InputLaw> memory_;
   model::HysteresisState state_;
-  std::vector<std::size_t> numbers_;  // numbers of the remembered branches
+  std::vector<std::size_t> numbers_;  // numbers of the branches that are in the memory now
   std::vector<PathBranch> branches_;
 };
 

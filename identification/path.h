@@ -19,7 +19,8 @@ struct PathBranch {
   double target = 0.0;  ///< input at the target of the branch
   /// Branch on which the input reversed; `none` if the branch starts at a threshold.
   std::size_t parent = none;
-  /// Branch of the same direction that ended at the target; `none` if it is the reference curve.
+  /// Branch of the same direction on which the path continues beyond the target; `none` if the path continues
+  /// on the reference curve.
   std::size_t below = none;
   bool virgin = false;  ///< true for the ascending reference curve itself
 };

@@ -49,7 +49,7 @@ model::HysteresisState state_of(const model::Hysteresis& model, const InitialMem
 
 struct ErrorNorms {
   double rms = 0.0;
-  double max = 0.0;  ///< largest magnitude of an error
+  double max = 0.0;  ///< largest magnitude of an error, output units
 
   /// Computes the errors of the samples from index `begin` on. Both vectors must have the same length.
   static ErrorNorms of(const std::vector<double>& predicted, const std::vector<double>& measured,
@@ -83,7 +83,7 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
 struct RateError {
   /// Mean speed of the half cycles in this class, input units per second.
   double speed = 0.0;
-  double rms = 0.0;  ///< output units
+  double rms = 0.0;  ///< RMS error of the samples in this class, output units
   std::size_t samples = 0;
 };
 

@@ -26,7 +26,7 @@ struct Quantity {
     creep,
     input_map,
     output_map,
-    mode,  ///< a mode and its delay
+    mode,  ///< a second-order mode and its delay
   };
   Kind kind = Kind::delay;
   std::size_t dataset = 0;

@@ -94,7 +94,7 @@ void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& ro
   const double k = pace.k(direction);
   const auto d = distance_.segment(run.begin, run.count).array();
   const auto w = weight_.segment(run.begin, run.count);
-  Eigen::VectorXd phi = d;  // the distance d; later phi(d), multiplied by the weights like B and y
+  Eigen::VectorXd phi = d;  // the distance d; below it is replaced by phi(d) times the weight of the sample
   if (std::abs(k) * basis_.thresholds().span() > 1e-6) phi = (1.0 - (-k * d).exp()) / k;
   phi.array() *= w.array();
   const Eigen::Index n = basis_.unknowns(), size = basis_.size(), own = unknowns() - n;

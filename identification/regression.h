@@ -48,7 +48,7 @@ class Regression {
     std::size_t branch = 0;
     int fold = 0;
     Eigen::Index begin = 0, count = 0;  // first sample and number of samples, as indices of distance_
-    Eigen::VectorXd columns;            // sum of the columns of columns_, times their weights
+    Eigen::VectorXd columns;            // sum over the samples: column of columns_ times weight
     double square = 0.0;                // sum of the squared weights
   };
 
@@ -63,7 +63,7 @@ class Regression {
   Nuisances nuisances_;
   // For each fold, the part of the normal equations that does not depend on k.
   std::vector<NormalEquations> base_;
-  std::vector<Sums> runs_;    // sorted by fold
+  std::vector<Sums> runs_;    // sums of each run of samples, sorted by fold
   Eigen::VectorXd distance_;  // for each sample that counts, its distance from the start of its branch
   Eigen::VectorXd weight_;
   // One column for each sample that counts: basis functions, regressors, nuisances, output. Regressors and

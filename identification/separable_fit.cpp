@@ -23,8 +23,8 @@ Pace pace_of(const Trial& trial, model::Interval thresholds) {
   return {trial.k_span_ascending / thresholds.span(), trial.k_span_descending / thresholds.span()};
 }
 
-// Returns the mean gain of all datasets except one: the best estimate for the gain of a session that is not
-// known.
+// Returns the mean gain of all datasets except `dataset`. This mean predicts the gain of `dataset` when it is
+// held out, because its own gain then counts as unknown.
 double mean_gain_of_others(const Trial& trial, std::size_t dataset) {
   double sum = 0.0;
   for (std::size_t i = 0; i < trial.memories.size(); ++i)

@@ -80,7 +80,7 @@ struct Fitted {
 
 /// How well the samples of one fold are predicted by a fit to the other folds.
 struct LeftOut {
-  double square = 0.0;  ///< sum of squared errors
+  double square = 0.0;  ///< sum of squared errors in this fold
   double samples = 0.0;
   /// Slope of the measured over the predicted outputs: 1 if the prediction has the right size. Offsets do not
   /// count.

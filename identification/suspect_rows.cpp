@@ -17,9 +17,10 @@ constexpr double many_times_noise = 20.0;
 constexpr double share_of_range = 0.02;
 constexpr double many_local_steps = 10.0;
 constexpr double many_usual_steps = 3.0;
-// Number of large steps that are ignored: the drive may begin or end with a jump.
+// Number of largest steps that do not count, because the drive may begin or end with a jump.
 constexpr std::size_t ignored_large_steps = 3;
-// A larger share of suspect rows means that they are pulses of the excitation and not glitches.
+// If there are more runs of suspect inputs than this share of all rows, and more than `always_glitches`, they
+// are pulses of the excitation and not glitches.
 constexpr double most_glitches = 0.002;
 constexpr std::size_t always_glitches = 3;
 // The output follows a jump of the input if it moves by more than this share of the jump times the mean gain.
@@ -52,8 +53,8 @@ std::vector<bool> marked(const std::vector<SuspectRow>& suspects, std::size_t ro
   return is_suspect;
 }
 
-/// Returns the rows whose value is too far from the median of the rows around it. `allowed`: one more lower
-/// limit for the distance, for each row.
+/// Returns the rows whose value is too far from the median of the rows around it. `allowed(row)` is a
+/// distance that is not suspect in this row, in addition to the limits for all rows.
 std::vector<SuspectRow> suspects_of(const std::vector<double>& values,
                                     const std::function<double(std::size_t)>& allowed) {
   std::vector<SuspectRow> suspects;
@@ -146,10 +147,13 @@ std::vector<SuspectRow> suspect_outputs(const Dataset& dataset, const std::vecto
 }
 
 constexpr std::size_t least_rows_at_end = 5;
-constexpr double least_share_at_end = 0.01;  // minimum share of the rows at the end of the sensor
-// Minimum travel of the input at the end of the sensor, as a share of its range.
+// Minimum number of rows with the output at the end of the sensor's range, as a share of all rows.
+constexpr double least_share_at_end = 0.01;
+// Minimum travel of the input while the output stays at the end of the sensor's range, as a share of the
+// input range.
 constexpr double moves = 0.05;
-// Minimum slope of the output beside the end of the sensor, as a share of its mean slope.
+// Minimum slope of the output beside rows at the end of the sensor's range, as a share of the mean slope of
+// the output. If a material saturates instead, this slope is smaller.
 constexpr double as_steep = 0.3;
 
 class AtEnd {

@@ -39,17 +39,18 @@ struct SensorEnd {
 };
 
 /// Finds stretches of rows in which the output has exactly its extreme value, while the input travels 5 % of
-/// its range or more. The three largest steps of the input do not count, because a delay holds the output
-/// while the drive jumps. Beside the stretch, the slope of the output must be at least three tenths of its
-/// mean slope: the output of a saturated material would bend smoothly instead. Empty if less than 1 % of the
-/// rows are in such stretches.
+/// its range or more. The three largest steps of the input do not count: if the stage has a delay, its output
+/// stays constant for some rows after the drive has jumped. Beside the stretch, the slope of the output must
+/// be at least three tenths of its mean slope: the output of a saturated material would bend smoothly
+/// instead. Empty if less than 1 % of the rows are in such stretches.
 std::vector<SensorEnd> sensor_ends(const Dataset& dataset);
 
 /// Returns the dataset without the suspect rows. Its weights, folds and regressors are empty.
 Dataset without_rows(const Dataset& dataset, const std::vector<SuspectRow>& suspects);
 
 /// Returns true if the longer dataset contains all rows of the shorter one, in one piece. Values are equal if
-/// they differ by less than a millionth of their range.
+/// they differ by less than a millionth of their range. Returns false if the shorter dataset has fewer than
+/// `least_samples` rows.
 bool has_same_rows(const Dataset& a, const Dataset& b);
 
 }  // namespace hystcan::identification

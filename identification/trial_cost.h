@@ -15,7 +15,7 @@ inline constexpr double infinite_cost = std::numeric_limits<double>::infinity();
 
 class TrialCost {
  public:
-  /// `options.go_on` must not be empty.
+  /// `options.go_on` must contain a function. `problem` and `options` must exist as long as the object.
   TrialCost(const Problem& problem, const IdentifyOptions& options) : problem_(problem), options_(options) {}
   /// Begins to fit curves of another shape. Forgets the inequalities that were active in former fits
   /// (valid_curves.h), because the last digits of later results depend on them.
@@ -40,8 +40,8 @@ class TrialCost {
   const Problem& problem_;
   const IdentifyOptions& options_;
   std::optional<SeparableFit> fit_;
-  /// Greater than 1 if nearly the whole change of the output is in a small part of the inputs. The loops are
-  /// then as small as this part, and k is larger by this factor.
+  /// Factor by which k may exceed its usual maximum. It is greater than 1 if a piece of the spline is short,
+  /// because the output is steep there: a loop inside this piece needs a large k.
   double steepness_ = 1.0;
 };
 

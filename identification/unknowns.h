@@ -11,8 +11,8 @@
 
 namespace hystcan::identification {
 
-/// One unknown of a search, on a scale on which a step of one is reasonable. `set` writes a value of this
-/// scale into a trial.
+/// One unknown of a search. It is scaled so that a change by one is a reasonable step: for example, the
+/// logarithm of a gain. `set` converts a value of this scale and stores it in a trial.
 struct Unknown {
   Quantity quantity;
   double start = 0.0;
@@ -27,7 +27,7 @@ Trial moved_to(const Eigen::VectorXd& values, const std::vector<Unknown>& unknow
 
 /// Returns the two unknowns k_ascending and k_descending, starting at their values in the trial.
 std::vector<Unknown> both_k(const Trial& trial);
-/// Returns the bias of a dataset's initial memory as an unknown that starts at `start`.
+/// Returns the bias of a dataset's initial memory (InitialMemory::bias) as an unknown that starts at `start`.
 Unknown bias_of(std::size_t dataset, double start);
 /// Returns the delay as an unknown. Its unit is `unit_s`, and it starts at one unit.
 Unknown delay_of(double unit_s);

@@ -14,22 +14,23 @@ namespace {
 
 using model::Direction;
 
-// Number of grid points for the curves per grid step for the branches.
+// Number of grid points at which the curves are checked, for each grid step in the check of the branches.
 constexpr Eigen::Index points_per_step = 8;
-// Three kinds of rows: slope of the rising curve, slope of the falling curve, gap.
+// Number of conditions at each grid point: the slope of the rising curve, the slope of the falling curve, and
+// the gap between the curves must be positive.
 constexpr Eigen::Index kinds = 3;
 // Minimum slope of a curve, as a share of the mean slope. The inverse of a flatter curve would magnify noise.
 constexpr double least_slope = 2e-3;
 constexpr double least_branch = 1e-3;  // minimum slope of a branch, as a share of the mean slope
-// Maximum number of cuts that are kept for the next problem.
+// Maximum number of decreasing branches that are kept for the next call of solve().
 constexpr std::ptrdiff_t most_cuts = 60;
 constexpr int most_rounds = 60;
-// Maximum number of rows of curves_ that are kept for the next problem.
+// Maximum number of conditions on the curves that are kept for the next call of solve().
 constexpr std::ptrdiff_t most_rows = 40;
-// A bound counts as satisfied if the value is above this share of it.
+// A condition row . theta >= least counts as satisfied if row . theta is above this share of `least`.
 constexpr double nearly = 0.9;
-// Additional tolerance for rounding errors in the largest sum of squares, as a share of the sum of squared
-// outputs.
+// Tolerance for rounding errors: the largest allowed sum of squared errors is increased by this share of the
+// sum of squared outputs.
 constexpr double cancellation = 1e-12;
 
 // Least squares for theta with the inequalities row . theta >= bound. With the triangle R of the normal
@@ -56,8 +57,8 @@ class WithinRows {
   LeastDistance shortest_;
 };
 
-// An inequality for theta: the product of this row (of a curve or a branch) with theta must be at least
-// `least`.
+// A condition for theta, the coefficients of the curves: row . theta >= least. The product row . theta is the
+// slope of a curve or a branch at one input, or the gap between the curves.
 struct Bound {
   Eigen::VectorXd row;
   double least;
@@ -120,7 +121,8 @@ void ValidCurves::use(model::Interval thresholds) {
 
 void ValidCurves::add_cuts(std::vector<model::DecreasingBranch> branches) {
   const model::Interval& thresholds = basis_.thresholds();
-  // Relative input: exactly 0 and 1 at the thresholds.
+  // Returns the relative input: 0 at the lower threshold and 1 at the upper one, without rounding errors
+  // there.
   const auto in_spans = [&](double v) {
     const double t = (v - thresholds.lo) / thresholds.span();
     return t < 1e-9 ? 0.0 : t > 1.0 - 1e-9 ? 1.0 : t;
@@ -152,8 +154,9 @@ Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pa
   return BranchRows(path, basis_, pace).slope(path.branches[last], last, input(cut.input));
 }
 
-// Returns the steepest decrease of a curve or a branch, as a multiple of the mean slope. Adds the decreasing
-// branches to the cuts.
+// Returns 0 if theta is valid. If a curve decreases or the curves cross, returns the steepest decrease, as a
+// multiple of the mean slope. Otherwise scans the branches, adds all decreasing branches to cuts_, and
+// returns their steepest decrease.
 double ValidCurves::violation(const Eigen::VectorXd& theta, double lowest, const Pace& pace,
                               double mean_slope) {
   if (lowest < 0.0) return -lowest / (mean_slope * basis_.thresholds().span());

@@ -27,7 +27,7 @@ class ValidCurves {
     /// 0 if the curves are valid; otherwise the steepest decrease of a curve or branch, as a multiple of the
     /// mean slope.
     double violation = 0.0;
-    /// True if the search ended early because the error is above the limit; theta is then not final.
+    /// True if solve() ended early because the RMS error is above its limit; theta is then not final.
     bool beyond_limit = false;
   };
   /// Returns the best valid curves. `output_span` and `input_span` are the spans of the dataset. Ends early
@@ -40,7 +40,8 @@ class ValidCurves {
 
  private:
   void use(model::Interval thresholds);
-  /// Returns by how much theta violates the conditions, as in Solution::violation. `lowest`: smallest element
+  /// Returns 0 if the curves of `theta` and all their branches are valid; otherwise the steepest decrease, as
+  /// in Solution::violation. `lowest`: smallest slope or gap of the curves on the grid, the smallest element
   /// of curves_ * theta.
   double violation(const Eigen::VectorXd& theta, double lowest, const Pace& pace, double mean_slope);
   void separate_curves(Eigen::VectorXd& theta, double bound) const;
@@ -53,13 +54,15 @@ class ValidCurves {
   CurveBasis basis_;
   std::size_t scan_steps_;
   Eigen::Index points_;  // number of grid points on which the curves are checked
-  // Rows for the slopes of both curves (with the input range scaled to 1) and for their gap, at each grid
-  // point.
+  // Conditions on the curves, one in each row: row * theta must be positive. The rows give the slopes of both
+  // curves (with the input range scaled to 1) and the gap between them, at each grid point.
   Eigen::MatrixXd curves_;
-  // Rows of curves_ that were violated before, and will probably be violated again.
+  // Indices of the rows of curves_ that earlier solutions violated. solve() starts with these conditions,
+  // because the next solution will probably violate them too.
   std::vector<Eigen::Index> rows_;
-  // Points of branches that decreased before, and will probably decrease again: each branch must increase at
-  // its `input`. All inputs are relative: 0 is the lower threshold and 1 the upper one.
+  // Branches that decreased in earlier solutions. solve() requires that each branch increases at its `input`,
+  // because the branch will probably decrease again. All inputs are relative: 0 is the lower threshold and 1
+  // the upper one.
   std::vector<model::DecreasingBranch> cuts_;
 };
 

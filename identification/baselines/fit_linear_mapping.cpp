@@ -60,8 +60,8 @@ class Curves {
     return p;
   }
 
-  /// Returns a property of one curve as a row: its product with the unknowns is the number that `read` gets
-  /// from this curve.
+  /// Returns a row whose product with the unknowns is the number that `read` returns for one curve, for
+  /// example its slope at an input. The number must be linear in the coefficients of the curve.
   template <class Read>
   VectorXd row(Direction direction, Read read) const {
     VectorXd row(unknowns());

@@ -118,8 +118,8 @@ class FreeStart {
     return jacobian;
   }
 
-  // Returns the inequalities of the unknowns. With the thresholds r_i and the first input v, a possible state
-  // of the plays is
+  // Returns the inequalities that the unknowns must satisfy: the weights w_i are not negative, and the plays
+  // y_i at the first sample are possible with the thresholds r_i and the first input v.
   //
   //   w_i >= 0,    |y_i - y_{i-1}| <= r_i - r_{i-1},    y_0 = v,    r_0 = 0
   std::pair<MatrixXd, VectorXd> inequalities() const {

@@ -22,7 +22,7 @@ namespace hystcan::identification {
 
 struct ResponsePoint {
   double frequency_Hz = 0.0;
-  std::complex<double> response;  ///< output unit per input unit
+  std::complex<double> response;  ///< frequency response H(f), output units per input unit
   double coherence = 0.0;         ///< share of the output that follows the input, 0 to 1
 };
 

@@ -22,7 +22,7 @@ namespace {
 using model::Dynamics;
 
 constexpr int most_passes = 8;
-// The first passes select the shape of the curves again; later passes keep it.
+// Number of passes that select the shape of the curves again; later passes keep the shape.
 constexpr int passes_with_shape = 2;
 constexpr int steps_in_a_pass = 10;
 // Another pass follows if the error after a pass is below this share of the error before it.

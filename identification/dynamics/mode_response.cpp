@@ -11,10 +11,11 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Cycles before the fit, in addition to the longest delay: one for the differences in a slope, and one for
-// the previous input.
+// Number of cycles in inputs_ before the fitted cycles, in addition to the longest delay. One is for the
+// slightly longer delay of the differences in slope(), and one is for the previous input.
 constexpr Index cycles_before = 2;
-// Cycles after the fit: for a delay slightly below -1 cycle, and for the end of a long response.
+// Number of cycles in inputs_ after the fitted cycles: for a delay slightly below -1 cycle, and for the end
+// of long_response().
 constexpr Index cycles_after = 3;
 
 }  // namespace
@@ -62,8 +63,8 @@ ModeResponse::ModeResponse(const SampledDataset& dataset, Index longest_delay)
   inputs_.rightCols<1>().setZero();
 }
 
-/// Returns a mode at cycle `first`, counted from the first fitted cycle. The mode is in equilibrium with the
-/// previous input; free decays of the amplitudes `more` are added.
+/// Returns a simulation of the mode that begins at cycle `first`, counted from the first fitted cycle. At its
+/// beginning, the mode rests at the previous input, plus free decays with the amplitudes `more`.
 ModeResponse::Lane ModeResponse::lane(const ModePoint& point, const Eigen::Ref<const VectorXd>& input,
                                       Index first, const Eigen::Vector2d& more) const {
   const double f = std::exp(point[0]);

@@ -46,7 +46,8 @@ class ModeResponse {
 
  private:
   struct Lane;
-  /// Returns a simulation that begins at cycle `first`. `more`: amplitudes of the free decays.
+  /// Returns a simulation of the mode that begins at cycle `first`, counted from the first fitted cycle.
+  /// `more`: amplitudes of the free decays.
   Lane lane(const ModePoint& point, const Eigen::Ref<const Eigen::VectorXd>& input, Eigen::Index first,
             const Eigen::Vector2d& more) const;
   Eigen::VectorXd combined_input(const Eigen::VectorXd& amplitudes) const;

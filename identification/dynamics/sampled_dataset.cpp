@@ -69,7 +69,8 @@ void fit_rows_of(const Dataset& dataset, const Grid& grid, SampledDataset& s) {
 }  // namespace
 
 Eigen::VectorXd without_line(const Eigen::VectorXd& time, const Eigen::VectorXd& values) {
-  // Valid because the mean of `time` is zero.
+  // Subtracts the mean, then the best line through zero. Both steps are independent, because the mean of
+  // `time` is zero.
   const Eigen::VectorXd about_mean = values.array() - values.mean();
   return about_mean - time * (time.dot(about_mean) / time.squaredNorm());
 }

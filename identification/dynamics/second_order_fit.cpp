@@ -164,7 +164,8 @@ std::vector<Point> starts(const Task& task, const Box& box) {
 // another delay. The second kind is the mirror image of f at half the sampling rate, with another delay and
 // the same decay per second: samples cannot distinguish f from this image.
 std::vector<Point> similar_points(const Task& task, const Box& box, const Point& point) {
-  constexpr double reach = 1.5, spacing = 0.1;  // in cycles
+  // Delays within `reach` cycles of the delay of `point` are tried, `spacing` cycles apart.
+  constexpr double reach = 1.5, spacing = 0.1;
   const double f = std::exp(point[0]);
   const double image = std::max(1.0 / task.dataset.cycle_s - f, std::exp(box.lo[0]));
   std::vector<Point> found;

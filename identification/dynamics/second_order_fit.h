@@ -49,9 +49,10 @@ struct Estimate {
 struct SecondOrderFit {
   Estimate natural_frequency_Hz;
   Estimate damping_ratio;
-  /// Delay without the time for which a drive is held; negative if the drive column is late.
+  /// Delay d, s. The time for which the drive is held within a cycle does not count. The delay is negative if
+  /// the dataset contains a drive in a later row than it acted.
   Estimate delay_s;
-  Estimate gain;              ///< output unit per input unit
+  Estimate gain;              ///< gain from end to end of a minor loop, output units per input unit
   double drift_per_s = 0.0;   ///< linear drift of the output, output units per second
   double residual_rms = 0.0;  ///< RMS difference of measured and fitted output, output units
   /// Share of the output's variance that the fit explains, 0 to 1; a linear drift does not count.

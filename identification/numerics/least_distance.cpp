@@ -12,7 +12,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Minimum part of g that is independent of the active inequalities, relative to |g|.
+// A new inequality g . z >= h counts as dependent on the active inequalities if the part of g that is
+// orthogonal to their vectors is shorter than this share of |g|.
 constexpr double parallel = 1e-11;
 
 }  // namespace

@@ -34,8 +34,10 @@ class LeastDistance {
   void drop(std::size_t place);
 
   Eigen::VectorXd z_;
-  Eigen::MatrixXd q_;  // orthogonal matrix; its first columns span the vectors g of the active inequalities
-  // Upper triangle: the vectors g of the active inequalities, as components along the first columns of q_.
+  // Orthogonal matrix. Its first columns span the vectors g of the active inequalities g . z >= h.
+  Eigen::MatrixXd q_;
+  // Upper triangle: column i contains the vector g of active inequality i (g . z >= h), as components along
+  // the first columns of q_.
   Eigen::MatrixXd r_;
   std::vector<double> multipliers_;
 };

@@ -17,7 +17,8 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-// A column is dependent if a smaller share of its length is independent of the columns in use.
+// A column counts as dependent if its part that is orthogonal to the columns in use is shorter than this
+// share of its length.
 constexpr double dependent = 1e-12;
 // Minimum decrease of the residual that counts, relative to |b|.
 constexpr double no_gain = 10.0 * std::numeric_limits<double>::epsilon();
@@ -190,7 +191,8 @@ Inequalities normalised(const MatrixXd& g, const VectorXd& h) {
   return kept;
 }
 
-// Returns the inequalities i with dual[i] > 0. They hold as equations in the solution.
+// Returns the active inequalities: those whose element of `dual`, the solution of the dual problem, is
+// positive. In the solution, these inequalities hold as equations.
 Inequalities active(const Inequalities& all, const VectorXd& dual) {
   const Index count = (dual.array() > 0.0).count();
   Inequalities selected{MatrixXd(count, all.g.cols()), VectorXd(count)};
@@ -213,7 +215,8 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   dual << all.g.transpose(), all.h.transpose() / farthest;
   const VectorXd last_unit = VectorXd::Unit(n + 1, n);
   const VectorXd u = solve_nonnegative(dual, last_unit);
-  // Equals 1 / (1 + |z|^2), with z in units of `farthest`.
+  // Equals 1 / (1 + |z|^2), with the length |z| of the solution as a multiple of `farthest`. It is nearly
+  // zero if the inequalities have no solution.
   const double squared = (dual * u - last_unit).squaredNorm();
   if (squared * too_far * too_far < 1.0)
     refuse("inequalities contradict each other, expected inequalities with a solution");
@@ -288,7 +291,7 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
     t = regularised.triangle();
   }
   const auto upper = t.r.triangularView<Eigen::Upper>();
-  // The inequalities for z: G R^-1.
+  // Coefficients of the inequalities as a function of z = R x - c instead of x: G R^-1.
   const MatrixXd in_z = g.rows() == 0 ? g : MatrixXd(upper.solve<Eigen::OnTheRight>(g));
   const VectorXd limits = h - in_z * t.right;
   const VectorXd z = least_distance(normalised(in_z, limits), 1e-15 * t.right.norm());
