@@ -121,7 +121,7 @@ void AmplifierChannel::boot_up() {
 void AmplifierChannel::begin_internal_fault() {
   has_internal_cause_ = true;
   if (node_.state() != can::NmtState::operational) {
-    fault_ |= internal_fault;  // the node reports the fault after NMT start
+    fault_ |= internal_fault;  // a node that is not operational reports the fault later, after NMT start
     return;
   }
   trip(internal_fault, emergency_device_hardware);

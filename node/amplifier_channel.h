@@ -75,7 +75,8 @@ class AmplifierChannel {
                                    ///< amplifier cannot detect stale commands
   std::unique_ptr<can::Timer> watchdog_;
   std::unique_ptr<can::Timer> relay_;  ///< expires when the relay has connected the output
-  can::Time relay_closes_at_{};        ///< only valid while is_enabling_, before the soft start
+  can::Time relay_closes_at_{};        ///< time at which the relay has connected the output; only valid
+                                       ///< while is_enabling_, before the soft start
   std::optional<can::Time> soft_start_begun_;
   double soft_start_from_ = 0.0;
   can::Time command_deadline_{};
@@ -87,7 +88,7 @@ class AmplifierChannel {
   bool is_enabling_ = false;
   bool has_internal_cause_ = false;
   bool output_works_ = true;
-  bool relay_is_open_ = false;  ///< true after open_relay(), until release_relay()
+  bool relay_is_open_ = false;  ///< true: the command Enable is ignored, from open_relay() to release_relay()
 };
 
 }  // namespace hystcan::node

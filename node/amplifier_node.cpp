@@ -45,7 +45,8 @@ void AmplifierNode::shut_down() {
   for (AmplifierChannel* channel : channels_) channel->enter(can::AmpState::off);
   report();
   for (AmplifierChannel* channel : channels_) {
-    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));  // the output has settled by then
+    // A simulated output moves to the safe value in this second. The last status then reports this value.
+    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));
     channel->status_is_due_ = true;
   }
   report();
@@ -94,8 +95,8 @@ void AmplifierNode::on_nmt(can::NmtState state) {
   report();
 }
 
-// Resets the node at its boot-up, without a status. The outputs move to the safe value immediately
-// afterwards, when the node becomes pre-operational.
+// Resets the node when it boots up. The node sends no AmpStatus at this time. Immediately afterwards the node
+// becomes pre-operational, and its outputs move to the safe value.
 void AmplifierNode::boot_up() {
   last_sync_ = 0;
   for (StatusMessage& message : statuses_) message.protector.restart();

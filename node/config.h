@@ -12,9 +12,10 @@ namespace hystcan::node {
 
 /// When a setpoint takes effect at the output of an amplifier.
 enum class Apply : std::uint8_t {
-  sync,    ///< at the next SYNC (synchronous PDO, CiA 301): always one cycle after the SYNC at which the
-           ///< sample for this setpoint was taken
-  receipt  ///< when the command frame arrives: earlier, but the delay depends on the bus load
+  sync,    ///< the setpoint takes effect at the next SYNC (synchronous PDO, CiA 301): always one cycle
+           ///< after the SYNC at which the sample for this setpoint was taken
+  receipt  ///< the setpoint takes effect when its command frame arrives: earlier than with `sync`, but the
+           ///< delay depends on the bus load
 };
 constexpr auto words(Apply) { return std::to_array<std::string_view>({"sync", "receipt"}); }
 

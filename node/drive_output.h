@@ -12,10 +12,10 @@ namespace hystcan::node {
 
 /// What the output does after the commands have stopped, until a command clears the fault.
 enum class WatchdogAction : std::uint8_t {
-  safe,  ///< moves to the safe value as fast as the amplifier can
-  hold,  ///< stays at the setpoint that is in effect
-  ramp,  ///< moves to the safe value at the amplifier's ramp rate
-  off    ///< is not driven: the load discharges to zero
+  safe,  ///< the output moves to the safe value as fast as the amplifier can
+  hold,  ///< the output stays at the setpoint that is in effect
+  ramp,  ///< the output moves to the safe value at the amplifier's ramp rate
+  off    ///< the amplifier does not drive the output: the load discharges to zero
 };
 constexpr auto words(WatchdogAction) {
   return std::to_array<std::string_view>({"safe", "hold", "ramp", "off"});

@@ -25,11 +25,11 @@ class Station {
   }
 
   /// Listens to the bus for one heartbeat period, then starts all nodes and calls `on_started`. If the bus
-  /// already has a node with the number of one of these nodes, start() starts no node and does not call
-  /// `on_started`.
+  /// already has another node with the number of a node of this station, start() starts no node and does not
+  /// call `on_started`.
   void start(std::function<void()> on_started);
-  /// Returns the number of one of these nodes that another node on the bus also has; nullopt if there is
-  /// none.
+  /// Returns the number of a node of this station if another node on the bus has the same number. Returns
+  /// nullopt if no number occurs twice.
   std::optional<std::uint8_t> taken_node() const;
   /// Switches every amplifier off; the outputs move to the safe value.
   void shut_down();

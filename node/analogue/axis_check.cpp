@@ -8,7 +8,8 @@
 namespace hystcan::node {
 namespace {
 
-/// Tolerance for a product of rounded numbers that is exactly at a limit.
+/// Returns the tolerance of a comparison with the limits of `span`. Rounding can move a product that is
+/// exactly at a limit to the other side of the limit.
 double rounding_of(const Span& span) { return 1e-9 * (std::abs(span.lo) + std::abs(span.hi)); }
 
 /// Returns the positions that the input can measure, between the ends of its range.
@@ -23,10 +24,10 @@ bool contains(const Span& outer, const Span& inner) {
   return inner.lo >= outer.lo - rounding && inner.hi <= outer.hi + rounding;
 }
 
-/// The range is a Span or a VoltageRange.
+/// Returns the range as text, for example "0 to 10". `range` is a Span or a VoltageRange.
 std::string text_of(const auto& range) { return from_to(range.lo, range.hi); }
 
-/// Returns the key that a user is most likely to change.
+/// Returns the key for an error about the input range: the key that the user will most likely have to change.
 std::string_view key_of_input(const AnalogueConfig& config) {
   return config.position_input.place.range.empty() ? "position_um_per_V" : "position_input.range";
 }

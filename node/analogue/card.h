@@ -31,7 +31,7 @@ class VoltageInput {
   VoltageInput& operator=(const VoltageInput&) = delete;
   virtual ~VoltageInput() = default;
   virtual const VoltageRange& range() const = 0;
-  /// Converts now. Returns `nullopt` if the conversion failed.
+  /// Measures the voltage now, in volts. Returns `nullopt` if the conversion failed.
   virtual std::optional<double> read() = 0;
 };
 
@@ -61,7 +61,7 @@ constexpr auto words(VoltageReference) {
 
 /// The place of a channel on a card.
 struct CardChannel {
-  std::string device{};  ///< DeviceName; empty: the card of the axis
+  std::string device{};  ///< name of the card (forms: see DeviceName); empty: the card of the axis
   unsigned subdevice = 0;
   unsigned channel = 0;
   std::string range;  ///< "0..10 V"; empty: the first range of the channel
@@ -81,7 +81,8 @@ class Card {
   virtual std::unique_ptr<VoltageInput> input(const CardChannel& place) = 0;
   virtual std::unique_ptr<LineOutput> line_output(const CardChannel& place) = 0;
   virtual std::unique_ptr<LineInput> line_input(const CardChannel& place) = 0;
-  /// Each function throws like its counterpart above, but drives no output, sets no line and locks nothing.
+  /// Each function checks a channel without opening it. It throws Error like the function above that opens
+  /// such a channel, but drives no output, sets no line and locks nothing.
   virtual VoltageRange check_output(const CardChannel& place) = 0;
   virtual void check_line_output(const CardChannel& place) = 0;
   virtual void check_line_input(const CardChannel& place) = 0;
@@ -95,11 +96,13 @@ std::unique_ptr<Card> open_card(const std::string& device);
 class ChannelError : public Error {
  public:
   ChannelError(std::string_view lacking_key, const Error& error) : Error(error), key(lacking_key) {}
-  std::string key;  ///< key within [axis.analogue] ("drive_output.range"); from a Card: within the channel
+  /// Path of the wrong key in [axis.analogue], for example "drive_output.range". In an error that a Card
+  /// throws, the path begins in the table of the channel: "range".
+  std::string key;
 };
 
-/// Returns the result of `open`. Turns an Error of `open` into a ChannelError with this key; the key of a
-/// ChannelError is appended to it.
+/// Returns the result of `open`. If `open` throws Error, throws a ChannelError with the path `key`. If `open`
+/// throws a ChannelError, puts `key` before its path: "range" becomes "drive_output.range".
 template <class Open>
 decltype(auto) opened(std::string_view key, Open open) {
   try {

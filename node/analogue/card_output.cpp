@@ -49,7 +49,8 @@ void CardOutput::switch_on() {
   if (enable_ && !enable_->write(true)) has_failed_ = true;
 }
 
-/// The guard may have made the output safe between works() and this call.
+/// Writes the drive. If the guard has made the output safe since the last call of works(), makes the output
+/// safe again, and the next works() returns false.
 void CardOutput::go_to(double drive, can::Time, can::Duration) {
   is_driven_ = true;
   write(drive);

@@ -28,7 +28,8 @@ class CardOutput final : public DriveOutput {
   void leave(WatchdogAction action, can::Time from) override;
   double output(can::Time at) override;
   bool works() override;
-  /// Faults the output when `takeovers` of the guard changes (Guard::takeovers).
+  /// Sets the count of the guard (Guard::takeovers()). When the count changes while the output is driven, the
+  /// guard has made the output safe, and works() then returns false.
   void obey(const std::atomic<unsigned>& takeovers) { takeovers_ = &takeovers; }
   /// Writes the safe drive, then switches the enable line off. Returns false if one of them failed.
   bool make_safe();
@@ -44,11 +45,11 @@ class CardOutput final : public DriveOutput {
   DriveRange drives_;
   std::unique_ptr<VoltageOutput> output_;
   std::unique_ptr<VoltageInput> monitor_;    ///< null: the output is assumed to equal the last written value
-  std::unique_ptr<LineOutput> enable_;       ///< null: no such line
-  std::unique_ptr<LineOutput> charge_pump_;  ///< null: no such line
-  std::unique_ptr<LineInput> interlock_;     ///< null: no such line
+  std::unique_ptr<LineOutput> enable_;       ///< active while the output is driven; null: no enable line
+  std::unique_ptr<LineOutput> charge_pump_;  ///< toggles at each SYNC; null: no charge-pump line
+  std::unique_ptr<LineInput> interlock_;     ///< null: the amplifier has no interlock line
   double written_ = 0.0;
-  const std::atomic<unsigned>* takeovers_ = nullptr;  ///< null: no guard
+  const std::atomic<unsigned>* takeovers_ = nullptr;  ///< count of the guard (see obey()); null: no guard
   unsigned known_takeovers_ = 0;
   bool is_driven_ = false;
   bool has_failed_ = false;

@@ -26,9 +26,11 @@ struct InputConfig {
   unsigned average = 1;  ///< number of conversions per sample
 };
 
-/// drive = volts / volts_per_drive,   position = zero + um_per_V * volts
+/// The devices of one axis. The drive in drive units and the position in um correspond to these voltages:
+///
+///   drive = volts / volts_per_drive,   position = position_zero_um + position_um_per_V * volts
 struct AnalogueConfig {
-  std::string device;  ///< DeviceName
+  std::string device;  ///< name of the card (forms: see DeviceName)
   CardChannel drive_output;
   double volts_per_drive = 1.0;
   InputConfig position_input;
@@ -37,8 +39,9 @@ struct AnalogueConfig {
   std::optional<CardChannel> output_input{};  ///< input for the amplifier's monitor; empty: the output is
                                               ///< assumed to equal the written value
   std::optional<LineConfig> enable_line{};
-  std::optional<LineConfig> interlock_line{};    ///< while it is active, the amplifier is faulted
-  std::optional<LineConfig> charge_pump_line{};  ///< toggles at each SYNC
+  std::optional<LineConfig> interlock_line{};  ///< while this input line is active, the amplifier is faulted
+  std::optional<LineConfig> charge_pump_line{};  ///< output line that toggles at each SYNC; an external relay
+                                                 ///< opens if the line stops toggling
   AmplifierConfig amplifier{.command_timeout = std::chrono::milliseconds(20)};
 
   double position_um(double volts) const { return position_zero_um + position_um_per_V * volts; }
@@ -56,11 +59,11 @@ struct Span {
   double hi = 0.0;
 };
 
-/// Ranges in um.
+/// Ranges of positions of one axis, in um.
 struct PositionRange {
-  Span limits{};    ///< plausible positions
-  Span stroke{};    ///< positions that the model predicts for the range of drives
-  Span setpoint{};  ///< setpoints of all segments
+  Span limits{};    ///< range of the allowed positions, from position_min_um to position_max_um
+  Span stroke{};    ///< range of the positions that the model predicts for the range of drives
+  Span setpoint{};  ///< range of the setpoints of all segments
 };
 
 struct WiredAnalogueAxis {

@@ -39,7 +39,7 @@ std::string iio_identity(const std::string& name, const std::filesystem::path& r
     std::getline(stream, line);
     return line.substr(0, line.find('\0'));
   };
-  std::string least;  // libiio searches in the order of the ids
+  std::string least;  // smallest id of the matching devices: libiio searches in the order of the ids
   std::error_code none;
   for (const auto& device : std::filesystem::directory_iterator(root / "sys/bus/iio/devices", none)) {
     const std::string id = device.path().filename().string();

@@ -25,9 +25,9 @@ void ignore_signals() {
     std::signal(signal, SIG_IGN);
 }
 
-/// Requests the highest priority that this user may have; a refusal is not an error. Pages are locked when
-/// they are used: locking all pages would copy those of the node and delay the end of the guard by
-/// milliseconds.
+/// Requests the highest priority that this user may have, and locks memory in RAM. A refusal is not an error.
+/// A page is only locked when the guard uses the page. Locking all pages at once would copy the whole memory
+/// of the node and delay the end of the guard by milliseconds.
 void request_highest_priority() {
   const sched_param priority{.sched_priority = sched_get_priority_max(SCHED_FIFO)};
   sched_setscheduler(0, SCHED_FIFO, &priority);

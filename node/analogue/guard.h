@@ -35,12 +35,13 @@ class Guard {
   Guard(const Guard&) = delete;
   Guard& operator=(const Guard&) = delete;
 
-  /// Signals that this process is running. The guard starts to watch at the first call.
+  /// Tells the guard that this process is running. From the first call on, the guard expects the next call
+  /// within `patience`.
   void beat() noexcept;
   /// Returns how often this process failed to beat; the guard increments the count before it makes the
   /// outputs safe.
   const std::atomic<unsigned>& takeovers() const { return shared_->takeovers; }
-  /// Becomes readable, with an end of file, when the guard dies.
+  /// Returns a file descriptor that becomes readable, with an end of file, when the guard dies.
   int descriptor() const { return socket_; }
   pid_t process() const { return process_; }
   /// Lets the guard make the outputs safe and exit. Call it on the thread that created the guard. Returns
@@ -50,7 +51,7 @@ class Guard {
  private:
   /// Memory that both processes share.
   struct Shared {
-    pthread_mutex_t life{};                 ///< robust; owned by the thread that created the guard
+    pthread_mutex_t life{};                 ///< robust mutex that the thread which created the guard owns
     std::atomic<Duration::rep> beat{0};     ///< time of the last beat, CLOCK_MONOTONIC; 0: none
     std::atomic<Duration::rep> watched{0};  ///< time of the guard's last check; 0: none
     std::atomic<unsigned> takeovers{0};

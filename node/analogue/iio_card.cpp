@@ -52,7 +52,7 @@ struct IioConverter {
   IioContext context;  ///< owns the channel
   iio_channel* channel = nullptr;
   VoltageRange volts{};
-  double offset = 0.0;  ///< in raw units
+  double offset = 0.0;  ///< offset that is added to each raw value before the conversion to volts
 };
 
 /// Returns an empty text if the channel has no such attribute.
@@ -108,7 +108,9 @@ class IioOutput final : public VoltageOutput {
  private:
   IioConverter converter_;
   Descriptor lock_;
-  bool is_down_;  ///< initially true: many chips start powered down and need a command after the first value
+  /// True until the chip is powered up, after the first value. Initially false if the chip has no attribute
+  /// `powerdown`. Many chips with this attribute start powered down.
+  bool is_down_;
 };
 
 class IioInput final : public VoltageInput {
@@ -274,7 +276,8 @@ class IioCard final : public Card {
     return all;
   }
 
-  /// Sets the scale. Channels may share the attribute.
+  /// Sets scale and offset of a channel, for the voltage range `range`. Channels may share the attribute of
+  /// the scale: throws ChannelError if another channel has set a different range with this attribute.
   void set(iio_channel* channel, const IioScale& scale, const std::string& range, const CardChannel& place) {
     const char* const file = iio_channel_attr_get_filename(channel, "scale");
     const std::string& first = ranges_.try_emplace(file == nullptr ? "" : file, range).first->second;
@@ -289,7 +292,8 @@ class IioCard final : public Card {
       const IioScale now = present_scale(channel);
       return now.volts(0.0) == scale.volts(0.0) && now.step_V() == scale.step_V();
     };
-    // Not every pair of scale and offset is valid: the scale is written again after the offset.
+    // The driver may reject the scale while the old offset is set. So the scale is written again after the
+    // offset.
     for (const auto& [name, value] : {std::pair("scale", &scale.scale_mV), std::pair("offset", &scale.offset),
                                       std::pair("scale", &scale.scale_mV)})
       if (!is_set()) iio_channel_attr_write(channel, name, value->c_str());
@@ -304,7 +308,7 @@ class IioCard final : public Card {
   std::string name_;
   IioContext context_;
   iio_device* device_ = nullptr;
-  std::map<std::string, std::string> ranges_;  ///< key: file name of the scale attribute
+  std::map<std::string, std::string> ranges_;  ///< range that is set by each scale attribute (key: its file)
 };
 
 }  // namespace

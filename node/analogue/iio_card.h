@@ -11,9 +11,11 @@ namespace hystcan::node {
 // A channel has attributes in sysfs; its range follows from the attributes that the chip's driver provides:
 //
 //   volts = scale * (raw + offset) / 1000
-//   raw   from `raw_available` or from the number of bits; without both, the volts are those of `range`
+//   raw   its range is the attribute `raw_available`, or follows from the number of bits; if the driver
+//         provides neither, the key `range` of the configuration gives the range of the volts
 //
-// `range` selects among `scale_available` and `offset_available`. Volts are measured at the chip.
+// The key `range` selects one of the values of the attributes `scale_available` and `offset_available`. The
+// volts are the volts at the chip.
 //
 // IIO has no digital lines.
 

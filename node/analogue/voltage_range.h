@@ -7,7 +7,7 @@
 
 namespace hystcan::node {
 
-/// Volts.
+/// The voltage range of a converter, in volts.
 struct VoltageRange {
   double lo = 0.0;
   double hi = 0.0;

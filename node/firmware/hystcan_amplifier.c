@@ -107,8 +107,8 @@ static void trip(struct hystcan_amplifier* amplifier, unsigned i, uint8_t fault,
   become(&amplifier->axes[i], HYSTCAN_FAULT);
 }
 
-/// Enables axis `i` at the end of enabling. If the commands with Enable have stopped until now, the axis is
-/// not enabled (docs/protocol/nodes.md, "Enabling").
+/// Enables axis `i` when its relay has closed and its soft start has ended. If the deadline for the next
+/// command with Enable has passed, the axis is not enabled (docs/protocol/nodes.md, "Enabling").
 static void begin_to_drive(struct hystcan_amplifier* amplifier, unsigned i, hystcan_time now) {
   struct hystcan_amplifier_axis* axis = &amplifier->axes[i];
   if (now >= axis->deadline) {
@@ -277,8 +277,8 @@ void hystcan_amplifier_on_frame(struct hystcan_amplifier* amplifier, const struc
   }
 }
 
-/// Trips each enabled axis whose commands have stopped (docs/protocol/nodes.md, "Watchdog"). Continues with
-/// an axis whose relay has closed, and sends the heartbeat if it is due.
+/// Trips each enabled axis whose commands have stopped (docs/protocol/nodes.md, "Watchdog"). Continues
+/// enabling each axis whose relay has closed. Sends the heartbeat if it is due.
 void hystcan_amplifier_on_time(struct hystcan_amplifier* amplifier, hystcan_time now) {
   for (unsigned i = 0; i < amplifier->config->axis_count; ++i) {
     struct hystcan_amplifier_axis* axis = &amplifier->axes[i];
@@ -306,7 +306,7 @@ void hystcan_amplifier_set_cause(struct hystcan_amplifier* amplifier, unsigned a
   if (!lasts) return;
   if (amplifier->node.state == HYSTCAN_OPERATIONAL)
     trip(amplifier, axis, HYSTCAN_INTERNAL_CAUSE, code);
-  else  // the node reports the fault after NMT start
+  else  // a node that is not operational reports the fault later, after NMT start
     amplifier->axes[axis].fault |= HYSTCAN_INTERNAL_CAUSE;
   report(amplifier);
 }

@@ -61,11 +61,11 @@ struct hystcan_amplifier_config {
 enum hystcan_enabling { HYSTCAN_NOT_ENABLING, HYSTCAN_RELAY_CLOSES, HYSTCAN_STARTS_SOFTLY };
 
 struct hystcan_amplifier_axis {
-  hystcan_time deadline;  ///< latest time for the next command with Enable; then the watchdog trips
-  hystcan_time
-      enabling_since;     ///< while the relay closes: time when it has closed; then: start of soft start
-  int32_t setpoint;       ///< takes effect at the next SYNC
-  uint32_t sent_counter;  ///< counter of the next status; used in the first axis of a status message
+  hystcan_time deadline;        ///< latest time for the next command with Enable; then the watchdog trips
+  hystcan_time enabling_since;  ///< HYSTCAN_RELAY_CLOSES: time at which the relay has closed;
+                                ///< HYSTCAN_STARTS_SOFTLY: start of the soft start
+  int32_t setpoint;             ///< last commanded setpoint; the output gets it at the next SYNC
+  uint32_t sent_counter;        ///< counter of the next status; used in the first axis of a status message
   uint16_t syncs_since_status;
   uint8_t state;     ///< enum hystcan_amplifier_state
   uint8_t fault;     ///< bits of the faults that are latched

@@ -15,7 +15,7 @@ struct hystcan_frame {
   uint32_t id;  ///< 11 bits, or 29 bits if `extended`
   bool extended;
   uint8_t kind;          ///< enum hystcan_kind
-  bool bit_rate_switch;  ///< only used if `kind` is HYSTCAN_FD
+  bool bit_rate_switch;  ///< true: the payload has the faster bit rate; only for HYSTCAN_FD
   uint8_t length;        ///< payload bytes
   uint8_t data[64];
 };
@@ -31,7 +31,7 @@ struct hystcan_field {
   uint8_t length;  ///< number of bits; 0: the message has no such signal
   bool big_endian;
   bool is_signed;
-  uint32_t scale;  ///< must be above 0
+  uint32_t scale;  ///< factor from the raw value to `value`, above 0
   int32_t offset;
   int32_t minimum, maximum;  ///< range of `value`; both limits must fit into the bits of the signal
 };
@@ -59,7 +59,7 @@ struct hystcan_message {
   uint8_t polynomial;            ///< enum hystcan_crc
   uint8_t data_id;               ///< enum hystcan_data_id: kind of the bytes that the CRC covers before the
                                  ///< payload
-  uint16_t number;               ///< these bytes, if `data_id` is HYSTCAN_NUMBER
+  uint16_t number;               ///< the two bytes before the payload if `data_id` is HYSTCAN_NUMBER
 };
 
 /// Returns the bits of a signal as a number; 0 if the message has no such signal.
