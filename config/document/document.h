@@ -149,7 +149,8 @@ class Reader {
 
   /// Throws Error if the table has an unknown key, or if a required key is missing. Unknown keys are checked
   /// first: if a required key is misspelt, the error should quote the misspelt key. A choice decides which
-  /// other keys exist. If a choice is missing, a key is unknown only if it resembles a known key.
+  /// other keys exist. So if a choice is missing, an unknown key is an error only if it resembles a known key
+  /// and is probably misspelt.
   void finish() const;
 
  private:
@@ -248,9 +249,10 @@ class Writer {
   void required(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     line(key, value, text_of(key, value, about.digits), true, about, choices_of<T>(), range);
   }
-  /// Writes an optional key. Omits an infinite number, an empty text or an empty list of words. If `about`
-  /// names a value that replaces a missing key (About::otherwise), the Remark gets is_required = true, except
-  /// for a word or a list of words.
+  /// Writes an optional key. Omits an infinite number, an empty text or an empty list of words. Calls the
+  /// Remark with is_required = true if a missing key does not mean the initial value of the member
+  /// (About::otherwise): then the key is written even if its value is the initial one. A word and a list of
+  /// words always have is_required = false.
   template <class T>
   void optional(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     bool is_left_out = false;

@@ -29,7 +29,8 @@ constexpr bool is_taken_over(Effect effect) {
 struct Setting {
   std::string path;
   std::string value;
-  Effect effect = Effect::after_restart;  ///< only valid if a `visit` function created this object
+  Effect effect = Effect::after_restart;  ///< time at which a change of the key takes effect; only valid if
+                                          ///< a `visit` function created this object
 };
 
 /// Returns true if `path` is the path of `table` itself or of a key in it. `table` may also be a list.

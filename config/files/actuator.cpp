@@ -15,7 +15,8 @@ typename Model::State at_rest(const Model& model) {
     return model.virgin(model.input_range().lo);
 }
 
-/// Calls `work` with the model and the state in `state` that has the model's State type. Returns its result.
+/// Returns the result of work(M, S). M is the model that the variant `model` contains. S is its state: the
+/// variant `state` must contain the State type of M.
 template <class Any, class Work>
 auto with(const model::AnyModel& model, Any& state, Work work) {
   return std::visit(

@@ -38,7 +38,7 @@ std::size_t end_of_field(std::string_view line, char separator) {
     if (line[i] == '"') quoted = !quoted;
     if (!quoted && (line[i] == separator || (separator == ' ' && line[i] == '\t'))) return i;
   }
-  return quoted ? line.find(separator) : std::string_view::npos;  // a quote that is not closed is a letter
+  return quoted ? line.find(separator) : std::string_view::npos;  // an unclosed quote is an ordinary letter
 }
 
 /// Reads a setpoint file. The file must be a regular file and not a pipe, because a running controller reads
@@ -66,8 +66,8 @@ void split_fields(std::string_view line, char separator, std::vector<std::string
   while (true) {
     const auto end = plain ? line.find(separator) : end_of_field(line, separator);
     const std::string_view field = trimmed(line.substr(0, end));
-    // This is faster than a copy of `field`, because the copy would have to wait for the stores of both
-    // members.
+    // Constructs the element from pointer and size. Copying `field` would be slower: the copy would have to
+    // wait until both members of `field` are stored.
     fields.emplace_back(field.data(), field.size());
     if (end == std::string_view::npos) return;
     line.remove_prefix(end + 1);

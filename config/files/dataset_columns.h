@@ -14,12 +14,13 @@
 namespace hystcan::config {
 
 struct DatasetColumns {
-  /// Indices of the columns of time, input and output. Without the time if a sampling rate is given and no
-  /// column is a time. If the output has a time column of its own, the index of that column is last.
+  /// Indices of the columns of time, input and output. If a sampling rate is given and no column is a time,
+  /// the list has only input and output. If the output has a time column of its own, the index of this column
+  /// is last.
   std::vector<std::size_t> selected{};
   bool has_time = false, has_output_time = false;
   std::array<std::string, 3> titles{};  ///< titles of the columns time, input, output
-  double seconds = 1.0;                 ///< duration of one unit of time; of one sample if a rate is given
+  double seconds = 1.0;  ///< seconds per unit of the time column; per sample if a rate is given
   std::optional<double> time_unit_s{};  ///< unit of the time column in seconds; nullopt: it has no unit
   double input_scale = 1.0, output_scale = 1.0;
   std::string input_unit{}, output_unit{};  ///< units of input and output; empty: unknown

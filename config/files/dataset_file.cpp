@@ -26,10 +26,9 @@ std::pair<std::string, double> unit_of(const LabCsvReader& reader, const char* n
   return {std::string(unit->base), unit->factor};
 }
 
-/// A unit in which a clock may count since 1970, with the counts of the years 2008 to 2036. In a column
-/// without a unit, counts from `first` to `last` with steps up to `longest_step` are times since 1970. A
-/// clock that counts another unit from its own start does not reach such counts with such steps within three
-/// weeks.
+/// A unit in which a clock may count the time since 1970. In a column without a unit, counts from `first` to
+/// `last` (the years 2008 to 2036) with steps up to `longest_step` (one second) are times since 1970. A clock
+/// that counts the next smaller unit from its own start reaches the count `first` only after 13 days.
 struct Epoch {
   double first, last, longest_step, unit_s;
   const char* name;
@@ -172,9 +171,9 @@ class RowLoader {
     loaded_.notes.push_back(fmt::format("{} has no unit: it is taken as a time in s", columns_.titles[0]));
   }
 
-  /// Returns the duration of one unit of the time column, in s, if a sampling rate is given. The column is
-  /// the sample number, or its step agrees with the rate; otherwise throws Error. `step` is the first step of
-  /// the column.
+  /// Returns the duration of one unit of the time column, in s, for a file with a sampling rate. `step` is
+  /// the difference of the first two values. Throws Error if `step` does not agree with the rate and the
+  /// values are not sample numbers. Without a unit, `step` may agree in s, ms, us or ns.
   double seconds_beside_rate(double step) {
     const double unit_s = columns_.time_unit_s.value_or(1.0);
     constexpr double same = 1e-6;
@@ -186,8 +185,8 @@ class RowLoader {
           return other_s;
         }
     if (!columns_.time_unit_s && step == std::round(step) && step > 0.0) return 1.0 / rate_Hz_;
-    constexpr double rounded = 0.2;  // tolerance for rounded times (0.0003 s at 3 kHz); agrees_with_rate()
-                                     // checks all rows later
+    // Tolerance for rounded times, such as 0.0003 s at 3 kHz. agrees_with_rate() checks all rows later.
+    constexpr double rounded = 0.2;
     if (std::abs(unit_s * step * rate_Hz_ - 1.0) < rounded) return unit_s;
     fail(fmt::format("{} increases by {} s, expected {} s at {}, or sample numbers; {}", columns_.titles[0],
                      unit_s * step, 1.0 / rate_Hz_, origin_of_rate_, without_time()));

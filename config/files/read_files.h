@@ -43,8 +43,8 @@ class ReadFiles {
   /// Returns time and size of the file, to detect a change. Returns nullopt if the file was written so
   /// recently that another write could get the same time: the file is then read again.
   static std::optional<Stamp> stamp_of(const std::filesystem::path& file) {
-    constexpr auto coarsest_clock = std::chrono::seconds(2);  // coarsest time resolution of all file systems,
-                                                              // that of FAT
+    // The coarsest time resolution of all file systems: the resolution of FAT.
+    constexpr auto coarsest_clock = std::chrono::seconds(2);
     std::error_code error;
     const auto written = std::filesystem::last_write_time(file, error);
     if (error || decltype(written)::clock::now() - written <= coarsest_clock) return std::nullopt;

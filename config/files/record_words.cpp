@@ -58,8 +58,8 @@ constexpr std::array<std::string_view, 18> output_words{
     "sensorspannung", "weg"};
 constexpr std::array<Words, 3> usual_words{time_words, input_words, output_words};
 
-// The words of instrument settings. No word begins with a word that is listed earlier, so the search finds
-// the right one first.
+// The words of instrument settings. The search takes the first word with which the text begins. So a longer
+// word is listed before a shorter word with the same beginning: "xincrement" before "xinc".
 constexpr std::array<std::string_view, 9> rate_words{"abtastrate",  "abtastfrequenz",     "sampling rate",
                                                      "sample rate", "sampling frequency", "sample frequency",
                                                      "samplerate",  "sampling_rate",      "sample_rate"};

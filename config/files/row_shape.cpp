@@ -149,8 +149,8 @@ class FirstRow {
  private:
   void add_row(const TextLine& before) {
     const std::string_view setting = setting_of(fields_, shape_);
-    // In files of Yokogawa instruments, rows of settings come before the record: then all rows so far were
-    // settings.
+    // Yokogawa instruments write rows of settings above the record. If all rows so far are settings and this
+    // row is not, the record begins at this row.
     if (setting.empty() && settings_ == rows_ && settings_ > 1) reset_counts();
     if (rows_ == 0) before_row_ = damaged_.value_or(before);
     ++rows_;
@@ -160,7 +160,8 @@ class FirstRow {
   }
 
   void add_names() {
-    const bool is_of_head = labelled_ == rows_ || !has_names_;  // the rows so far are settings or are unnamed
+    // True if the rows above these names belong to the head: each has a label, or no names are above them.
+    const bool is_of_head = labelled_ == rows_ || !has_names_;
     if (rows_ > 0 && is_of_head && rows_ * 10 < shape_.rows) reset_counts();
     has_names_ = true;
   }

@@ -39,8 +39,8 @@ bool has_texts(const std::vector<std::string_view>& fields, const RowShape& shap
 /// further field with a text may follow.
 bool fits_width(const std::vector<std::string_view>& fields, const RowShape& shape);
 
-/// Returns the line before the first row of the record. `shape.rows` must not be 0. A row with unreadable
-/// numbers is also a row if only such rows are between it and the first complete row.
+/// Returns the line before the first row of the record. `shape.rows` must not be 0. Rows with unreadable
+/// numbers that are directly above the first complete row also belong to the record.
 TextLine before_first_row(const RecordText& text, const RowShape& shape);
 
 }  // namespace hystcan::config

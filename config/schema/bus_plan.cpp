@@ -170,7 +170,9 @@ std::vector<can::ChainSource> sources_of(const Config& config) {
   add_own_frames(sources, config);
   PeriodicFrame own = heartbeat("ControllerHeartbeat", config.controller.node,
                                 std::max(config.controller.heartbeat_period, cycle));
-  own.jitter = round_of(config);  // a heartbeat is due at a SYNC, but waits for the commands or for its slot
+  // A heartbeat becomes due at a SYNC. It then waits for the commands of the cycle, or for the controller's
+  // slot: at most one round.
+  own.jitter = round_of(config);
   sources.push_back({own, can::ChainRole::controller_heartbeat, {}, slot_of(config, config.controller.node)});
   std::ranges::sort(sources, {}, [](const can::ChainSource& s) {
     return can::arbitration_key(s.frame.id, s.frame.extended);

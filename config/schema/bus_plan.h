@@ -37,7 +37,8 @@ struct BusPlan {
   std::vector<PlannedFrame> emergencies;  ///< emergency frames, sent in addition to `frames`
   double load = 0.0;                      ///< bus load by `frames`, with the maximum number of stuff bits
   can::Duration cycle{};
-  std::optional<can::Duration> last_command;  ///< latest start of a command after its SYNC; nullopt: no bound
+  std::optional<can::Duration> last_command;  ///< longest time from a SYNC to the start of its last command
+                                              ///< frame; nullopt: there is no upper bound
 
   bool commands_in_time() const { return last_command && *last_command <= cycle; }
 };
@@ -47,9 +48,9 @@ struct BusPlan {
 BusPlan plan_bus(const Config& config);
 
 /// Returns the longest time between two AmpStatus frames of the axis. Without background slots, this is
-/// `status_every` cycles, with the larger value of twin and analogue node. With background slots, the frames
-/// wait for the slot of their node: the time is the number of rounds that the node needs for its status
-/// messages and its heartbeats.
+/// `status_every` cycles; if twin and analogue node have different values, the larger one counts. With
+/// background slots, the frames wait for the slot of their node: the time is the number of rounds that the
+/// node needs for its status messages and its heartbeats.
 can::Duration longest_status_period(const Config& config, const AxisConfig& axis);
 
 /// Returns the highest cycle rate at which all commands are in time, at most the configured rate. A lower

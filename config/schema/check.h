@@ -60,8 +60,9 @@ void check_identifiers(const Checked& checked);
 /// Checks the keys of the simulated amplifier and the simulated sensor of an axis, in [axis.twin].
 void check_instruments(const Checked& checked, std::size_t axis);
 /// Checks [axis.analogue] of all axes. Device names must be valid. Axes may share only interlock inputs and
-/// charge pumps. The times must agree with the times of the controller. A voltage range that the file states
-/// must cover the drives or the setpoints, and at least a part of the allowed positions.
+/// charge pumps. The times must agree with the times of the controller. If the file states the range of an
+/// output, the range must include all drives. If the file states the range of a position input, the range
+/// must include all setpoints and at least a part of the allowed positions.
 void check_analogue(const Checked& checked);
 /// Returns a warning for each axis with a sensor range in the file that does not cover the whole stroke.
 std::vector<std::string> stroke_warnings(const Config& config);

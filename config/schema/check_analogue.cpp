@@ -157,8 +157,8 @@ class AnalogueCheck : Checked {
   }
 
   /// Checks that the amplifier's enable_delay_ms is not longer than the controller waits. The controller
-  /// commands motion after the enable_delay_ms of [axis.control], and faults after a further
-  /// enable_timeout_s.
+  /// waits for the enable_delay_ms of [axis.control]. If the amplifier reports its state, the controller then
+  /// waits up to enable_timeout_s longer for the state enabled, and faults the axis after this time.
   void check_enable_delay() const {
     const can::Duration& delay = analogue_.amplifier.enable_delay;
     const double delay_ms = 1e3 * can::seconds(delay);

@@ -209,7 +209,8 @@ class FrameCheck : Checked {
   }
 
   /// Checks that the range of the position signal includes all positions from `needed_low` to `needed_high`.
-  /// They exceed the allowed range, because only a position outside the allowed range can trip the axis.
+  /// These positions extend beyond the allowed range, because only a position outside of the allowed range
+  /// can trip the axis.
   void check_positions(const char* what, double needed_low, double needed_high, const can::Signal& signal,
                        const can::SignalCodec& codec) const {
     const can::DecimalStep step = *can::decimal_step(signal.unit, "um");
@@ -246,7 +247,9 @@ class FrameCheck : Checked {
   }
 
   const AxisConfig& axis_;
-  bool has_standard_id_;  ///< true for only one of the axes that share a command message
+  /// True if a standard message of the axis must have the standard identifier. False if the axis shares its
+  /// command message with an earlier axis.
+  bool has_standard_id_;
   std::string path_;
   const char* part_;
   can::MessageMap map_;

@@ -32,8 +32,8 @@ model::HysteresisParameters line_through(const AxisConfig& axis) {
   const controller::Supervisor::Config& limits = axis.control.supervision;
   model::Interval positions{limits.position_min_um, limits.position_max_um};
   if (!std::isfinite(positions.span())) positions = {0.0, 1.0};
-  const double margin = 0.1 * positions.span();  // keeps the line's ends away from the position limits, where
-                                                 // an axis faults
+  // The margin keeps the ends of the line away from the position limits, at which an axis faults.
+  const double margin = 0.1 * positions.span();
   positions = {positions.lo + margin, positions.hi - margin};
   return model::straight_line(axis.wire.drive_unit, "um", {gate.drive_min, gate.drive_max}, positions);
 }

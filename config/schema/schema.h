@@ -179,7 +179,7 @@ void visit(V& v, controller::Delays& d) {
   v.required("command_delay_us", d.command_delay, not_negative,
              {"delay from a SYNC until its command takes effect"});
   v.optional("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive,
-             {"small-signal bandwidth, -3 dB", "of the model"});  // three keys: default is in the model file
+             {"small-signal bandwidth, -3 dB", "of the model"});  // if missing: value of the model file
   v.optional("resonance_Hz", d.resonance_Hz, positive,
              {"first mode of the stage with its load", "of the model"});
   v.optional("damping_ratio", d.damping_ratio, not_negative, {"damping ratio of that mode", "of the model"});
@@ -259,7 +259,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.takes_effect(Effect::at_once);
   v.optional("model", axis.control_model, any,
              {"model file; `excite` runs without one", "required",
-              Effect::after_restart});  // missing only in load_unmeasured() (config.h)
+              Effect::after_restart});  // only load_unmeasured() accepts a file without this key
   v.required("structure", c.law.structure, any, {"control structure: [theory](../theory/control_law.md)"});
   v.required("kp", c.law.pi.kp, not_negative, {"proportional gain"});
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative, {"integral gain"});

@@ -10,8 +10,8 @@ namespace hystcan::config {
 
 /// Returns a warning for each segment and each limit that the segment exceeds, and for a drive range that
 /// extends far beyond the range of model or twin. A warning has place, problem and remedy: "axis x,
-/// setpoint[1]: ...". They are not errors, because the controller enforces the limits while the axis
-/// runs. But then the axis does not follow the setpoint, or it faults.
+/// setpoint[1]: ...". Such a setpoint is not an error, because the controller enforces the limits while the
+/// axis runs. But then the axis does not follow the setpoint, or it faults.
 ///
 /// The function simulates one pass of the reference at rate_Hz. The inverse of the hysteresis model gives the
 /// drive of each cycle; of the dynamics, only plant_inverse is simulated. The drive begins at the lower

@@ -60,8 +60,8 @@ Config wired_as(Wiring wiring, std::size_t axes, const Config& config) {
     wired.bus.background_slots = slots;
     wired.controller.node = slots;
   }
-  const std::size_t slot_spacing =
-      wiring == Wiring::fd_slots ? slots / 3 : 1;  // three nodes: sensor, amplifier, controller
+  // With slots, three nodes share a round: amplifier, sensor and controller. Their ids have equal distances.
+  const std::size_t slot_spacing = wiring == Wiring::fd_slots ? slots / 3 : 1;
   // Returns the id of the node number `place`, from 0. The ids begin at 1 and omit the id of the controller.
   const auto node = [&](std::size_t place) {
     const std::size_t number = slot_spacing * (place + 1);
