@@ -40,7 +40,7 @@ double zero_between(const Curve& g, double from_s, double to_s) {
 /// Returns the first time at which g falls below zero; `never` if g does not fall below zero before `end_s`.
 /// A g that begins at zero and rises has not fallen below zero at its beginning.
 double falls_below_zero(const Curve& g, double end_s) {
-  const double ratio = g.k * g.c / g.b;  // value of e^{kt} at the extremum of g
+  const double ratio = g.k * g.c / g.b;  // value of e^{kt} at the extremum of the curve g(t) (struct Curve)
   const double extremum_s = ratio > 1.0 ? std::min(std::log(ratio) / g.k, end_s) : end_s;
   for (const auto& [from_s, to_s] : {std::pair(0.0, extremum_s), std::pair(extremum_s, end_s)})
     if (const double last = g.at(to_s); from_s < to_s && last < 0.0 && last < g.at(from_s))
@@ -242,9 +242,10 @@ Amplifier::State Amplifier::operator()(const State& state) const {
   return next;
 }
 
-/// Returns true if the amplifier, as a lag without limits, would stay within its limits in this state. If
-/// this is true at both ends of a step, it is true within the step, because the rate of the output and the
-/// limits are linear in the error, which is monotone. The exception is a moving target with a voltage limit.
+/// Returns true if no limit acts in this state: the rate that a lag without limits would have is within the
+/// slew limit and the voltage limit. If the result is true at both ends of a step, it is true during the
+/// whole step: rate and limits are linear in the error (target minus output), and the error is monotone. This
+/// does not apply to a moving target with a voltage limit.
 bool Amplifier::is_within(const DriveLimits& limits, const State& state) {
   const double demanded_rate = limits.omega * (state.target - state.output);
   if (std::abs(demanded_rate) > limits.slew_per_s) return false;

@@ -19,7 +19,7 @@
 namespace hystcan::twin {
 
 enum class Fault : std::uint8_t {
-  no_reply,           ///< the node sends no sample or status and no SDO answer; its heartbeat continues
+  no_reply,           ///< the node sends no samples, statuses or SDO answers; its heartbeat continues
   late,               ///< the node sends each sample or status late; the value is the delay in cycles
   duplicate,          ///< the node sends each sample or status twice
   out_of_order,       ///< of each pair of samples or statuses, the second is sent before the first
@@ -27,7 +27,7 @@ enum class Fault : std::uint8_t {
   frozen_counter,     ///< the counter in the sample or status is constant; the CRC is correct
   wrong_crc,          ///< one bit of the CRC in each sample or status is flipped
   wrong_length,       ///< the sample or status has a random wrong length
-  wrong_id_type,      ///< a 29-bit identifier instead of an 11-bit identifier, or the reverse
+  wrong_id_type,      ///< the sample or status has a 29-bit instead of an 11-bit identifier, or the reverse
   out_of_range,       ///< the sample contains an impossible position
   sensor_bad_status,  ///< the status in the sample reports an error of the sensor
   no_heartbeat,       ///< the node sends all its frames except the heartbeat
@@ -78,7 +78,7 @@ const std::array<std::string_view, fault_count>& words(Fault);
 struct FaultSpec {
   Fault kind = Fault::no_reply;
   std::string axis{};
-  Node node = Node::sensor;  ///< ignored if the fault acts on the plant
+  Node node = Node::sensor;  ///< node of the axis on which the fault acts; ignored for a fault of the plant
   can::Duration begins{};    ///< time from the start of the twin to the begin of the fault
   can::Duration lasts{};     ///< duration of the fault; 0: until the fault is removed
   double value = 0.0;

@@ -44,9 +44,9 @@ class FaultScheduler {
 
   /// Begins a fault now. Throws std::invalid_argument if the axis does not exist or can't have this fault.
   void inject(const FaultSpec& spec);
-  /// Ends the active faults of this kind and this axis, and sets the travel changed by their drifts back.
-  /// Without `kind` all kinds end; an empty `axis` means all axes. Returns the number of faults that it
-  /// ended.
+  /// Ends the active faults of this kind and this axis. For parameter_drift, also sets the factor on the
+  /// stage's travel back to 1. Without `kind` all kinds end; an empty `axis` means all axes. Returns the
+  /// number of ended faults.
   std::size_t remove(std::optional<Fault> kind = {}, std::string_view axis = {});
   const std::vector<Active>& active() const { return active_; }
 

@@ -103,7 +103,8 @@ class FaultyConnection final : public can::Bus {
     std::optional<SentMessage> sends{};
     ActiveFaults on{};  ///< faults that act only on this axis
     std::optional<std::int64_t> frozen_value{};
-    std::optional<double> gain_from{};  ///< position in the first frame after sensor_gain began
+    std::optional<double> gain_from{};  ///< position in the first frame after sensor_gain began; the fault
+                                        ///< multiplies the motion from this position
     // The members below belong to the message. If several channels share a message, only the first of these
     // channels uses the members.
     std::optional<std::int64_t> frozen_counter{};

@@ -311,8 +311,8 @@ double Plant::stroke_um(const Motion& motion) const {
   return motion.hysteresis_um + motion.creep_um - late_share_ * (motion.hysteresis_um - start_um_);
 }
 
-// Returns the input of the modes, um. Written as stroke + (gain - 1) * ..., the result has no rounding error
-// if gain is 1, the normal case.
+// Returns the input of the mechanical modes, um. The gain is normally 1. The sum then has no rounding error,
+// because its term with (gain - 1) is exactly 0.
 inline double Plant::input_um(const Motion& motion) const {
   double gain = disturbance_.gain;
   double offset_um = disturbance_.load_um;

@@ -40,7 +40,7 @@ class Sensor {
   struct Config {
     double noise_um_rms = 0.0;               ///< standard deviation of one sample, >= 0
     double resolution_um = 0.0;              ///< least significant bit; 0: not quantised
-    double noise_density_um_per_rtHz = 0.0;  ///< one-sided density; needs a bandwidth
+    double noise_density_um_per_rtHz = 0.0;  ///< one-sided noise density; above 0 only with a bandwidth_Hz
     double bandwidth_Hz = 0.0;               ///< -3 dB frequency; 0: unlimited
     can::Duration delay{};
     double drift_um_per_h = 0.0;        ///< drift of the reading, zero at the start
