@@ -213,7 +213,7 @@ Setup with_structure(Setup setup, controller::Structure structure) {
   for (auto& axis : setup.controller.axes) {
     axis.axis.law.structure = structure;
     axis.axis.following_error.cycles =
-        std::numeric_limits<unsigned>::max();  // the check for oscillation remains active
+        std::numeric_limits<unsigned>::max();  // no following-error trip; the oscillation trip remains
     plan_learning_anew(axis.axis, setup.controller.rate_Hz);
   }
   return setup;

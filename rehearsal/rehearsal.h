@@ -50,7 +50,7 @@ class TrueErrors {
  private:
   struct Cycle {
     can::Time begins;  ///< time at which the cycle's SYNC frame was complete on the bus
-    double time_s;     ///< time of the same SYNC since the controller's start
+    double time_s;     ///< time of this SYNC in the controller, s since the controller's start
   };
   struct Point {
     can::Time time;
