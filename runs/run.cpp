@@ -165,8 +165,8 @@ void Run::read_blocks(std::span<const std::size_t> axes, std::span<const std::st
   for (std::size_t i = 0; i < axes.size(); ++i) pass_on(i);
 }
 
-/// Calls `take` for each row of the part within `span`, for all axes. The row has the value of time_s first,
-/// then the values of the columns `names`.
+/// Calls `take` for each row of the CSV `part` whose time is within `span`, with the name of the row's axis.
+/// A row has the value of time_s first, then the values of the columns `names`.
 void Run::read_part(const std::filesystem::path& part, std::span<const std::string> names,
                     const TimeSpan& span,
                     const std::function<void(std::string_view, const std::vector<double>&)>& take) const {
