@@ -46,7 +46,7 @@ void AmplifierNode::shut_down() {
   report();
   for (AmplifierChannel* channel : channels_) {
     // A simulated output moves to the safe value in this second. The last status then reports this value.
-    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));
+    channel->output_.output(scheduler_.now() + std::chrono::seconds(1));  // the output has settled by then
     channel->status_is_due_ = true;
   }
   report();
