@@ -40,7 +40,8 @@ class ActuatorMemory {
   /// Loads a memory file. If the file has no creep, the creep is settled at the first row. Throws Error if
   /// the file is invalid, belongs to another model, or has creep that this model does not have.
   void load(const std::filesystem::path& file);
-  /// Loads only the hysteresis from a memory file and ignores creep in the file. Throws Error.
+  /// Loads only the hysteresis from a memory file and ignores creep in the file. Throws Error if the file is
+  /// invalid or belongs to another model.
   void load_hysteresis(const std::filesystem::path& file);
 
   const SharedModel& model() const { return model_; }

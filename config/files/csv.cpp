@@ -38,7 +38,7 @@ std::size_t end_of_field(std::string_view line, char separator) {
     if (line[i] == '"') quoted = !quoted;
     if (!quoted && (line[i] == separator || (separator == ' ' && line[i] == '\t'))) return i;
   }
-  return quoted ? line.find(separator) : std::string_view::npos;  // an unclosed quote is an ordinary letter
+  return quoted ? line.find(separator) : std::string_view::npos;  // an unclosed quote is a normal character
 }
 
 /// Reads a setpoint file. The file must be a regular file and not a pipe, because a running controller reads

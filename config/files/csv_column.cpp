@@ -9,8 +9,8 @@
 namespace hystcan::config {
 namespace {
 
-/// Returns true if the word after `mark` looks like a unit but is not one: the A of "Channel A" is not
-/// ampere, and the min of "drive min" is not minutes. `mark` begins at the position `at` of the text.
+/// Returns true if the word after the separator `mark` looks like a unit but is not one: the A of "Channel A"
+/// is not ampere, and the min of "drive min" is not minutes. `mark` begins at the position `at` of `text`.
 bool is_letter_of_a_channel(std::string_view text, std::string_view mark, std::size_t at) {
   const std::string_view word = text.substr(at + mark.size());
   const bool may_be_letter = mark == " " || mark == "-" || mark == "." || mark == ":";

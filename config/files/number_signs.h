@@ -52,7 +52,8 @@ class SignSurvey {
 
  private:
   struct Side {
-    /// The first number in which the mark is a decimal sign, a thousands sign, or can be either.
+    /// For each meaning of the mark (a point or a comma), the first number that has the mark with this
+    /// meaning. `ambiguous`: the mark can be a decimal sign or a thousands sign.
     std::optional<NumberPlace> decimal{}, thousands{}, ambiguous{};
   };
   struct Column {

@@ -137,8 +137,8 @@ class HeadReader {
   }
 
   /// Returns the units in a line. Returns nullopt if the line is not a line of units: all fields above number
-  /// columns must be known units, or at least half of them if the first field is a unit of time or a sample
-  /// number.
+  /// columns must be known units. If the first of these fields is a unit of time or a name of the sample
+  /// number, half of the fields are enough.
   std::optional<std::vector<std::string>> units_in(const TextLine& line) const {
     const std::string_view text =
         trimmed(line.text.substr(std::min(line.text.find_first_not_of("#% \t"), line.text.size())));
@@ -221,7 +221,8 @@ class HeadReader {
     return units;
   }
 
-  /// Returns true if a line of names, which is not a line of units, is above the line with this index.
+  /// Returns true if a line of column names is above the line with this index. A line of units does not count
+  /// as a line of names.
   bool is_below_names(std::size_t index) const {
     for (std::size_t n = 0; n < 3 && index > 0;) {
       const TextLine& above = lines_[--index];
@@ -315,7 +316,7 @@ class HeadReader {
     return values;
   }
 
-  /// The information that a setting with a unit gives about the column of this unit.
+  /// A unit in an instrument setting, and the column to which the unit belongs.
   struct UnitSetting {
     bool is_of_time = false, is_alone = false;
     std::string_view channel{};              ///< channel that the setting names: CH1 in CH1:V; else empty

@@ -191,8 +191,8 @@ class Loader {
     if (const auto dynamics = dynamics_for(axis, model, damping_ratio))
       damping_ratio = dynamics->mode.damping_ratio;
   }
-  /// Sets the bandwidth of the amplifier if its key is missing: its lag is the delay of the model minus the
-  /// delay of the sensor.
+  /// Sets the bandwidth of the amplifier if its key is missing. The lag of the amplifier is then the delay in
+  /// the model file minus the delay of the sensor, `sensor_s`.
   void set_amplifier(const AxisConfig& axis, const File& model, double& bandwidth_Hz, double sensor_s) const {
     const auto dynamics = dynamics_for(axis, model, bandwidth_Hz);
     if (!dynamics) return;

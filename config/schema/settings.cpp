@@ -49,7 +49,7 @@ void for_each_key(const T& value, Writer::Layout layout, const std::function<voi
   visit(writer, visited(value));
 }
 
-/// Returns the keys of a configuration struct that have a value. Tables have none.
+/// Returns the keys of a configuration struct that have a value. Omits tables, because a table has no value.
 template <class T>
 std::vector<Setting> keys_of(const T& value, Writer::Layout layout) {
   std::vector<Setting> result;

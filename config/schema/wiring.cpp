@@ -62,7 +62,7 @@ Config wired_as(Wiring wiring, std::size_t axes, const Config& config) {
   }
   // With slots, three nodes share a round: amplifier, sensor and controller. Their ids have equal distances.
   const std::size_t slot_spacing = wiring == Wiring::fd_slots ? slots / 3 : 1;
-  // Returns the id of the node number `place`, from 0. The ids begin at 1 and omit the id of the controller.
+  // Returns the id of a node. `place` is the index of the node. The ids omit the id of the controller.
   const auto node = [&](std::size_t place) {
     const std::size_t number = slot_spacing * (place + 1);
     return static_cast<std::uint8_t>(number < wired.controller.node ? number : number + 1);
