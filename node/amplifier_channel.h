@@ -68,7 +68,8 @@ class AmplifierChannel {
   std::size_t index_;
   DriveOutput& output_;
   can::Layout<can::AmpCommand> command_;
-  std::optional<can::Layout<can::AmpStatus>> status_;  ///< empty: the axis has no status message
+  std::optional<can::Layout<can::AmpStatus>> status_;  ///< signals of the status message; empty: the axis
+                                                       ///< has no status message
   std::uint8_t largest_fault_;     ///< maximum of the fault signal in the status; a larger
                                    ///< fault is sent as this maximum
   bool commands_name_their_sync_;  ///< true if commands have a SYNC counter; else, the

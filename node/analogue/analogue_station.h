@@ -32,7 +32,7 @@ class Cards {
 
  private:
   Open open_;
-  std::map<std::string, std::unique_ptr<Card>, std::less<>> cards_;  ///< key: identity_of() the card
+  std::map<std::string, std::unique_ptr<Card>, std::less<>> cards_;  ///< the open cards; key: identity_of()
 };
 
 /// The devices of one axis. Throws ChannelError if the card lacks a channel of the axis.

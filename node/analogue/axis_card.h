@@ -10,7 +10,8 @@ namespace hystcan::node {
 
 class Cards;
 
-/// Forwards each channel to the card `CardChannel::device`, or, if that is empty, to the card of the axis.
+/// Opens each channel on the card `CardChannel::device`. If this name is empty, the card is the card of the
+/// axis.
 class AxisCard final : public Card {
  public:
   /// Opens `device`, the card of the axis. Throws ChannelError.

@@ -13,7 +13,7 @@ namespace hystcan::node {
 void check_drives(const AnalogueConfig& config, const DriveRange& drives, const VoltageRange& output);
 
 /// Checks that the sensor can measure all setpoints and at least some of the positions allowed for the axis.
-/// A reading at an end of the range is not a position.
+/// A reading at an end of the input range is not a position, because it may be clipped.
 void check_positions(const AnalogueConfig& config, const PositionRange& positions, const VoltageRange& input);
 
 /// Returns a warning if the sensor does not measure the whole stroke; otherwise an empty text.

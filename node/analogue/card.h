@@ -20,7 +20,7 @@ class VoltageOutput {
   VoltageOutput& operator=(const VoltageOutput&) = delete;
   virtual ~VoltageOutput() = default;
   virtual const VoltageRange& range() const = 0;
-  /// Returns false if the conversion failed.
+  /// Sets the output to this voltage. Returns false if the conversion failed.
   virtual bool write(double volts) = 0;
 };
 
@@ -92,7 +92,7 @@ class Card {
 /// without the library.
 std::unique_ptr<Card> open_card(const std::string& device);
 
-/// The card lacks a channel, line or range that a key of [axis.analogue] requires.
+/// The error if a card lacks a channel, line or range that a key of [axis.analogue] requires.
 class ChannelError : public Error {
  public:
   ChannelError(std::string_view lacking_key, const Error& error) : Error(error), key(lacking_key) {}

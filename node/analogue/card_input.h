@@ -9,7 +9,9 @@
 
 namespace hystcan::node {
 
-// position = zero + um_per_V * mean of `average` conversions
+//   position = position_zero_um + position_um_per_V * volts
+//
+// `volts` is the mean of `average` conversions.
 //
 // A reading within one step of an end of the range may be clipped. Such a reading, or a failed conversion,
 // has no position and reports this in its status: an old or wrong position never counts as good.

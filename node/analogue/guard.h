@@ -29,7 +29,7 @@ class Guard {
   using Duration = std::chrono::nanoseconds;
 
   /// Forks: the guard inherits the open files of this process, which should be only the cards. Also calls
-  /// `make_safe` once at the start. Throws RunError.
+  /// `make_safe` once at the start. Throws RunError if the guard can't be started.
   Guard(const std::function<bool()>& make_safe, Duration patience);
   ~Guard() { abandon(); }
   Guard(const Guard&) = delete;
@@ -51,7 +51,8 @@ class Guard {
  private:
   /// Memory that both processes share.
   struct Shared {
-    pthread_mutex_t life{};                 ///< robust mutex that the thread which created the guard owns
+    pthread_mutex_t life{};                 ///< mutex of the thread that created the guard; the kernel
+                                            ///< releases it when this thread ends (robust mutex)
     std::atomic<Duration::rep> beat{0};     ///< time of the last beat, CLOCK_MONOTONIC; 0: none
     std::atomic<Duration::rep> watched{0};  ///< time of the guard's last check; 0: none
     std::atomic<unsigned> takeovers{0};
@@ -59,7 +60,8 @@ class Guard {
   static Shared* held_by_this_thread();
   [[noreturn]] static void watch(Shared& shared, int socket, const std::function<bool()>& make_safe,
                                  Duration patience);
-  /// Returns true if the thread that created the guard ended or called abandon().
+  /// Waits until the next beat is due. Returns true earlier if the thread that created the guard ends or
+  /// calls abandon().
   static bool ends(Shared& shared, Duration patience);
 
   Duration patience_;

@@ -75,7 +75,7 @@ std::vector<std::string> words_of(std::string text) {
   return words;
 }
 
-/// Returns `nullopt` if the driver does not provide the range.
+/// Returns the range of the raw values of a channel; `nullopt` if the driver does not provide the range.
 std::optional<RawRange> raw_range(const iio_channel* channel) {
   const std::vector<std::string> stated = words_of(attribute(channel, "raw_available"));  // [lo step hi]
   if (stated.size() == 3) {

@@ -17,13 +17,14 @@ struct hystcan_amplifier_axis_config {
   // Signals of the command. If the command has no signal `enable`, each command enables the amplifier. If it
   // has no signal `sync_counter`, the amplifier does not detect commands that are too old.
   struct hystcan_field setpoint, enable, clear_fault, sync_counter;
-  const struct hystcan_message* status;       ///< axes with the same pointer share one message; NULL: no
-                                              ///< status
+  const struct hystcan_message* status;       ///< status message; axes with the same pointer share one
+                                              ///< message; NULL: the axis has no status
   struct hystcan_field output, state, fault;  ///< signals of the status; a fault above fault.maximum is sent
                                               ///< as this maximum
   uint8_t state_values[4];                    ///< raw value of the signal `state` for each state; the index
                                               ///< is an enum hystcan_amplifier_state
-  int32_t drive_minimum, drive_maximum;       ///< range of setpoints; a setpoint outside of it is a fault
+  int32_t drive_minimum, drive_maximum;       ///< range of setpoints; a setpoint outside the range trips the
+                                              ///< axis
   uint32_t command_timeout;                   ///< the watchdog trips the amplifier after this time
                                               ///< without a command
   uint32_t enable_delay;                      ///< time from the command Enable until the relay at the output
@@ -67,9 +68,9 @@ struct hystcan_amplifier_axis {
   int32_t setpoint;             ///< last commanded setpoint; the output gets it at the next SYNC
   uint32_t sent_counter;        ///< counter of the next status; used in the first axis of a status message
   uint16_t syncs_since_status;
-  uint8_t state;     ///< enum hystcan_amplifier_state
+  uint8_t state;     ///< state of the amplifier, an enum hystcan_amplifier_state
   uint8_t fault;     ///< bits of the faults that are latched
-  uint8_t enabling;  ///< enum hystcan_enabling
+  uint8_t enabling;  ///< progress of enabling, an enum hystcan_enabling
   bool status_is_due;
   bool has_cause;  ///< true while the cause of a fault within the amplifier exists
   bool is_open;    ///< true while the interlock of the axis is open

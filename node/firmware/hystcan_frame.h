@@ -14,9 +14,9 @@ enum hystcan_kind { HYSTCAN_DATA, HYSTCAN_FD, HYSTCAN_REMOTE };
 struct hystcan_frame {
   uint32_t id;  ///< 11 bits, or 29 bits if `extended`
   bool extended;
-  uint8_t kind;          ///< enum hystcan_kind
+  uint8_t kind;          ///< kind of the frame, an enum hystcan_kind
   bool bit_rate_switch;  ///< true: the payload has the faster bit rate; only for HYSTCAN_FD
-  uint8_t length;        ///< payload bytes
+  uint8_t length;        ///< length of the payload in bytes
   uint8_t data[64];
 };
 
@@ -56,9 +56,9 @@ struct hystcan_message {
   uint8_t length;                ///< payload bytes on the wire: a length that CAN or CAN FD allows
   struct hystcan_field counter;  ///< signal of the counter; its length is 0 if there is no counter
   struct hystcan_field crc;      ///< signal of the CRC; must occupy whole bytes
-  uint8_t polynomial;            ///< enum hystcan_crc
-  uint8_t data_id;               ///< enum hystcan_data_id: kind of the bytes that the CRC covers before the
-                                 ///< payload
+  uint8_t polynomial;            ///< kind of the CRC, an enum hystcan_crc
+  uint8_t data_id;               ///< kind of the bytes that the CRC covers before the payload, an enum
+                                 ///< hystcan_data_id
   uint16_t number;               ///< the two bytes before the payload if `data_id` is HYSTCAN_NUMBER
 };
 

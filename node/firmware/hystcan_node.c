@@ -158,9 +158,8 @@ void hystcan_node_beat(const struct hystcan_node_config* config, struct hystcan_
   if (hystcan_node_is_silent(node) || now < node->heartbeat_due) return;
   node->heartbeat_waits = node->has_seen_slot && now - node->last_slot < config->heartbeat_period;
   if (!node->heartbeat_waits) send_heartbeat(config, node->state);
-  do
-    node->heartbeat_due += config->heartbeat_period;  // skips heartbeats that became due while the caller
-                                                      // did not call the node
+  // Skips the heartbeats that became due while the caller did not call the node.
+  do node->heartbeat_due += config->heartbeat_period;
   while (node->heartbeat_due <= now);
 }
 

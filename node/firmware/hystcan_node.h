@@ -66,7 +66,7 @@ enum hystcan_nmt {
 struct hystcan_node {
   hystcan_time heartbeat_due;
   hystcan_time last_slot;
-  uint8_t state;      ///< enum hystcan_nmt
+  uint8_t state;      ///< NMT state, an enum hystcan_nmt
   uint8_t last_sync;  ///< counter of the last SYNC; 0: no SYNC since the boot-up
   uint8_t object_count;
   bool is_started;
@@ -77,8 +77,8 @@ struct hystcan_node {
 
 // ---- The rest of this file is only for hystcan_amplifier.c and hystcan_sensor.c
 
-/// The effect of a received frame on the NMT state of a node. hystcan_amplifier.c and hystcan_sensor.c must
-/// act accordingly.
+/// The effect of a received frame on the NMT state of a node. The amplifier node and the sensor node must
+/// change the states of their axes accordingly.
 enum hystcan_change {
   HYSTCAN_NOTHING,
   HYSTCAN_STATE_CHANGED,
@@ -94,10 +94,12 @@ enum hystcan_change {
 #define HYSTCAN_OUT_OF_LINE
 #endif
 
-/// Boots the node up: sends the boot-up message and becomes pre-operational. Returns `reset`.
+/// Boots the node up: sends the boot-up message and becomes pre-operational. `reset` is the kind of reset
+/// that caused the boot-up; the function returns this value.
 enum hystcan_change hystcan_node_boot_up(const struct hystcan_node_config* config, struct hystcan_node* node,
                                          enum hystcan_change reset, hystcan_time now);
-/// Processes a received NMT command, SDO request, or heartbeat with the number of this node.
+/// Processes a received NMT command, SDO request, or heartbeat with the number of this node. Returns the
+/// effect on the NMT state.
 enum hystcan_change hystcan_node_handle(const struct hystcan_node_config* config, struct hystcan_node* node,
                                         const struct hystcan_frame* frame, hystcan_time now);
 /// Returns true before the node is started, and if another node on the bus has the same number.
