@@ -50,7 +50,8 @@ std::vector<std::filesystem::path> runs_in(const std::filesystem::path& folder);
 struct LimitOutcome {
   std::vector<std::string> removed;  ///< names of removed runs, and of removed parts of the current run
   std::uintmax_t bytes = 0;          ///< size of the folder after the removal
-  bool is_kept = true;  ///< false: the folder is still too large, but nothing more may be removed
+  bool is_kept = true;  ///< true: the folder is within the limit; false: the folder is still too large, but
+                        ///< nothing more may be removed
 };
 
 /// Returns the total size of all runs in `folder`. Ignores files that disappear during the call.
