@@ -32,7 +32,7 @@ struct DriveLimits {
   double omega = 1.0;                                           ///< corner frequency of the lag, 1/s
   double slew_per_s = 1.0;                                      ///< slew limit, drive units per second
   double load_rate_per_s = 0.0;                                 ///< R / L of an inductive load (rho), 1/s
-  double load_limit = std::numeric_limits<double>::infinity();  ///< V / R (P), A; infinite: no voltage limit
+  double load_limit = std::numeric_limits<double>::infinity();  ///< limit V / R (P), A; infinite: no limit
 };
 
 // The drive amplifier: a first-order lag with limits.

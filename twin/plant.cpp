@@ -188,8 +188,8 @@ void Plant::move_target(double drive, can::Duration time) {
     ramp_->turn = std::min(ramp_->end, present_.time + can::Duration(std::llround(1e9 * turn_s)));
 }
 
-/// Applies the target, course and rate of `at` from the present time on. The amplifier's output does not
-/// jump.
+/// Gives the amplifier the target, course and rate of the state `at`, from the present time on. The output of
+/// the amplifier does not jump.
 void Plant::aim(const Amplifier::State& at) {
   split();
   for (Motion* motion : {&settled_, &present_}) {
