@@ -30,8 +30,8 @@ struct MemoryFile {
   std::vector<double> creep;
   double time_s = 0.0;
   // The members below are from other tables, which only a file saved by a controller has.
-  std::vector<std::vector<double>> learnt{};  ///< key correction_um of each table [[learning]]
-  std::optional<std::string> stop{};          ///< key `reason` of the table [stop]
+  std::vector<std::vector<double>> learnt{};  ///< list correction_um of each table [[learning]]
+  std::optional<std::string> stop{};          ///< value of the key `reason` in the table [stop]
 };
 
 template <class V>

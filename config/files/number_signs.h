@@ -20,7 +20,7 @@ namespace hystcan::config {
 
 /// A number in a file and its place, for a message.
 struct NumberPlace {
-  std::size_t line = 0, column = 0;  ///< counted from 1
+  std::size_t line = 0, column = 0;  ///< place of the number in the file, counted from 1
   std::string text{};
   std::string described() const;  ///< returns number, line and column: "0,5 (3:1)"
 };

@@ -51,8 +51,9 @@ void check_sharing(const Checked& checked);
 std::vector<std::string> protection_warnings(const Config& config);
 /// Returns a warning for each message of more than 8 bytes that the DBC declares as classical CAN.
 std::vector<std::string> format_warnings(const Config& config);
-/// Returns a warning for each signal of a command message that the controller does not use. It always sends
-/// the raw value 0 for such a signal; the warning is only given if this is not the physical value 0.
+/// Returns a warning for each signal of a command message that the controller does not use. The controller
+/// always sends the raw value 0 for such a signal; the warning is only given if this is not the physical
+/// value 0.
 std::vector<std::string> command_warnings(const Config& config);
 /// Checks that all messages on the bus have different identifiers. CANopen frames (NMT, heartbeats, SDO) also
 /// count as messages.
