@@ -37,7 +37,7 @@ class SharedConnection {
 
   std::vector<can::Filter> filters_;
   std::vector<Part*> parts_;
-  std::unique_ptr<can::Bus> bus_;  ///< null before open()
+  std::unique_ptr<can::Bus> bus_;  ///< connection to the bus; null before open()
   bool is_delivering_ = false;
 };
 

@@ -44,10 +44,11 @@ class CardOutput final : public DriveOutput {
   AnalogueConfig config_;
   DriveRange drives_;
   std::unique_ptr<VoltageOutput> output_;
-  std::unique_ptr<VoltageInput> monitor_;    ///< null: the output is assumed to equal the last written value
+  std::unique_ptr<VoltageInput> monitor_;    ///< input that measures the output; null: the output is assumed
+                                             ///< to equal the last written value
   std::unique_ptr<LineOutput> enable_;       ///< active while the output is driven; null: no enable line
   std::unique_ptr<LineOutput> charge_pump_;  ///< toggles at each SYNC; null: no charge-pump line
-  std::unique_ptr<LineInput> interlock_;     ///< null: the amplifier has no interlock line
+  std::unique_ptr<LineInput> interlock_;     ///< input for the interlock; null: no interlock line
   double written_ = 0.0;
   const std::atomic<unsigned>* takeovers_ = nullptr;  ///< count of the guard (see obey()); null: no guard
   unsigned known_takeovers_ = 0;

@@ -35,7 +35,7 @@ struct Converter {
   unsigned channel = 0;
   unsigned range_index = 0;
   unsigned reference = AREF_GROUND;
-  comedi_range* range = nullptr;  ///< owned by comedilib
+  comedi_range* range = nullptr;  ///< voltage range of the channel; owned by comedilib
   lsampl_t largest = 0;
   VoltageRange volts{};
 };
