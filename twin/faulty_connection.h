@@ -101,7 +101,7 @@ class FaultyConnection final : public can::Bus {
   using ActiveFaults = std::array<std::optional<double>, fault_count>;
   struct Channel {
     std::optional<SentMessage> sends{};
-    ActiveFaults on{};  ///< faults that act only on this axis
+    ActiveFaults on{};  ///< active faults that act only on this axis
     std::optional<std::int64_t> frozen_value{};
     std::optional<double> gain_from{};  ///< position in the first frame after sensor_gain began; the fault
                                         ///< multiplies the motion from this position
