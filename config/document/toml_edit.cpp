@@ -87,7 +87,8 @@ std::string aligned(const std::string& key, const std::string& value, std::strin
 struct TomlEdit::Place {
   std::vector<std::string> parts;
   std::vector<const toml::node*> nodes;  ///< the root node, then the node of each part that exists
-  bool within_inline = false;            ///< true if the last node is in an inline table or a list of values
+  bool within_inline = false;  ///< true if the last table or key of the path is in an inline table or a
+                               ///< list of values
 
   bool is_complete() const { return nodes.size() == parts.size() + 1; }
   const toml::node& deepest() const { return *nodes.back(); }
