@@ -136,9 +136,9 @@ class HeadReader {
     return {};
   }
 
-  /// Returns the units in a line; nullopt if this is not a line of units. In a line of units, each field above
-  /// a column of numbers is a known unit. If the first of these fields is a unit of time, or a name such as
-  /// "sample", only half of the fields must be known units.
+  /// Returns the units in a line; nullopt if this is not a line of units. In a line of units, each field
+  /// above a column of numbers is a known unit. If the first of these fields is a unit of time, or a name
+  /// such as "sample", only half of the fields must be known units.
   std::optional<std::vector<std::string>> units_in(const TextLine& line) const {
     const std::string_view text =
         trimmed(line.text.substr(std::min(line.text.find_first_not_of("#% \t"), line.text.size())));
