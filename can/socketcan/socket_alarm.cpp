@@ -6,7 +6,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <csignal>
+#include <cstring>
+#include <string>
 #include <system_error>
+
+#include "base/error.h"
 
 namespace hystcan::can {
 namespace {
@@ -24,8 +28,9 @@ SocketAlarm::SocketAlarm(int socket) : socket_(socket) {
   struct sigaction action {};
   action.sa_sigaction = end_waits;
   action.sa_flags = SA_SIGINFO | SA_RESTART;
-  const int signal = SIGRTMAX;
-  ::sigaction(signal, &action, nullptr);
+  const int signal = SIGRTMAX - 1;  // valgrind needs SIGRTMAX
+  if (::sigaction(signal, &action, nullptr) != 0)
+    throw std::system_error(errno, std::generic_category(), "cannot handle the signal of a timer");
   // A process inherits blocked signals; a blocked alarm would never end a wait.
   sigset_t alarm;
   ::sigemptyset(&alarm);
@@ -37,7 +42,8 @@ SocketAlarm::SocketAlarm(int socket) : socket_(socket) {
   event.sigev_value.sival_int = socket;
   event._sigev_un._tid = ::gettid();
   if (::timer_create(CLOCK_MONOTONIC, &event, &timer_) != 0)
-    throw std::system_error(errno, std::generic_category(), "cannot create a timer");
+    throw RunError(std::string("cannot create a timer: ") + std::strerror(errno),
+                   {.remedy = "raise ulimit -i (LimitSIGPENDING in a systemd unit)"});
 }
 
 SocketAlarm::~SocketAlarm() { ::timer_delete(timer_); }

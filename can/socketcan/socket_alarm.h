@@ -12,7 +12,7 @@ namespace hystcan::can {
 /// fails with EAGAIN. All other system calls are restarted after the signal.
 class SocketAlarm {
  public:
-  /// Interrupts the calling thread. Throws std::system_error if the process may have no more timers.
+  /// Interrupts the calling thread. Throws RunError if the user may have no more timers.
   explicit SocketAlarm(int socket);
   ~SocketAlarm();
   SocketAlarm(const SocketAlarm&) = delete;

@@ -125,8 +125,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   void leave_context() {
-    watch_.release();
     alarm_.emplace(socket_->get());
+    watch_.release();
   }
 
   void wait() {
@@ -284,7 +284,7 @@ const BusCounters& SocketCanBus::counters() const { return impl_->counters(); }
 void run_in_socket(asio::io_context& context, AsioScheduler& scheduler, SocketCanBus& bus) {
   const auto work = asio::make_work_guard(context);  // the context stops itself if it has nothing to wait for
   while (!context.stopped()) {
-    while (bus.receive_before(scheduler.next_deadline())) continue;
+    while (!context.stopped() && bus.receive_before(scheduler.next_deadline())) continue;
     const bool is_down = bus.state() == BusState::down;
     scheduler.wait_in_context(is_down);
     scheduler.run_expired();
