@@ -51,10 +51,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (!command.is_object()) continue;
     if (reads_the_configuration(command) && ++reads > most_reads) continue;
     const auto answers = std::make_shared<int>(0);
-    handler.obey(command, {[answers](const nlohmann::json& answer) {
-                   expect_an_answer(answer);
-                   fuzz::demand(++*answers == 1);
-                 }});
+    handler.execute(command, {[answers](const nlohmann::json& answer) {
+                      expect_an_answer(answer);
+                      fuzz::demand(++*answers == 1);
+                    }});
   }
   return 0;
 }
