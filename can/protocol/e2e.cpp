@@ -1,47 +1,20 @@
 #include "can/protocol/e2e.h"
 
-#include <array>
+#include <boost/crc.hpp>
 #include <utility>
 
 namespace hystcan::can {
 namespace {
 
-/// A CRC that shifts the most significant bit out first. Each byte costs one look-up.
-template <class Value, Value polynomial, Value initial, Value final_xor>
-class Checksum {
- public:
-  static constexpr std::size_t bytes = sizeof(Value);
-
-  void add(std::span<const std::uint8_t> data) {
-    for (const std::uint8_t byte : data)
-      value_ = static_cast<Value>(remainders[(value_ >> shift) ^ byte] ^ (value_ << 8U));
-  }
-  Value result() const { return value_ ^ final_xor; }
-
- private:
-  static constexpr unsigned shift = 8 * (bytes - 1);
-  static constexpr auto remainders = [] {
-    std::array<Value, 256> table{};
-    for (unsigned byte = 0; byte < 256; ++byte) {
-      unsigned rest = byte << shift;
-      for (int bit = 0; bit < 8; ++bit) rest = rest << 1U ^ ((rest >> (shift + 7) & 1U) * polynomial);
-      table[byte] = static_cast<Value>(rest);
-    }
-    return table;
-  }();
-
-  Value value_ = initial;
-};
-
-using J1850 = Checksum<std::uint8_t, 0x1D, 0xFF, 0xFF>;
-using H2F = Checksum<std::uint8_t, 0x2F, 0xFF, 0xFF>;
-using Ccitt = Checksum<std::uint16_t, 0x1021, 0xFFFF, 0>;
+using J1850 = boost::crc_optimal<8, 0x1D, 0xFF, 0xFF, false, false>;
+using H2F = boost::crc_optimal<8, 0x2F, 0xFF, 0xFF, false, false>;
+using Ccitt = boost::crc_optimal<16, 0x1021, 0xFFFF, 0, false, false>;
 
 template <class Sum>
-auto crc_of_bytes(std::span<const std::uint8_t> bytes) {
+typename Sum::value_type crc_of_bytes(std::span<const std::uint8_t> bytes) {
   Sum crc;
-  crc.add(bytes);
-  return crc.result();
+  crc.process_bytes(bytes.data(), bytes.size());
+  return crc.checksum();
 }
 
 /// Computes the CRC of the data id, then of all bytes except the CRC bytes, which begin at `crc_byte`.
@@ -49,10 +22,11 @@ template <class Sum>
 std::uint16_t crc_of_frame(std::span<const std::uint8_t> id, std::span<const std::uint8_t> payload,
                            std::size_t crc_byte) {
   Sum crc;
-  crc.add(id);
-  crc.add(payload.first(crc_byte));
-  crc.add(payload.subspan(crc_byte + Sum::bytes));
-  return crc.result();
+  crc.process_bytes(id.data(), id.size());
+  crc.process_bytes(payload.data(), crc_byte);
+  const auto rest = payload.subspan(crc_byte + Sum::bit_count / 8);
+  crc.process_bytes(rest.data(), rest.size());
+  return crc.checksum();
 }
 
 }  // namespace
