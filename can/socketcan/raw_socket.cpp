@@ -105,7 +105,7 @@ int ReceiveBatch::read(int socket, std::size_t room) {
   for (std::size_t i = 0; i < room; ++i) headers_[i].msg_hdr.msg_controllen = control_bytes;
   const int count =
       room == 1 ? read_one(socket)
-                : ::recvmmsg(socket, headers_.data(), static_cast<unsigned>(room), MSG_WAITFORONE, nullptr);
+                : ::recvmmsg(socket, headers_.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
   if (count <= 0) return count;
   const Time steady = std::chrono::steady_clock::now();
   const Duration realtime = realtime_now();

@@ -40,8 +40,8 @@ class ReceiveBatch {
   ReceiveBatch(const ReceiveBatch&) = delete;
   ReceiveBatch& operator=(const ReceiveBatch&) = delete;
 
-  /// Reads at most `room` frames, 1 to `capacity`; a blocking socket waits for the first. Returns their
-  /// number, or -1 with the reason in errno.
+  /// Reads at most `room` frames, 1 to `capacity`. Waits only if `room` is 1 and the socket is blocking. Returns
+  /// the number of frames, or -1 with the reason in errno.
   int read(int socket, std::size_t room = capacity);
 
   Frame frame(std::size_t index) const;

@@ -73,9 +73,13 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     if (std::exchange(alarm_at_, deadline) != deadline) alarm_->set(deadline);
     const int count = batch_.read(socket_->get(), 1);
     if (count == 1) take(0);
-    if (count == 1 && std::chrono::steady_clock::now() < deadline) return true;
+    const Time now = std::chrono::steady_clock::now();
+    if (count == 1 && now < deadline) return true;
     alarm_at_.reset();
-    if (count < 0 && errno != EAGAIN && errno != EINTR) lose_interface();
+    if (count == 1)
+      receive_queued(ReceiveBatch::capacity, now);
+    else if (errno != EAGAIN && errno != EINTR)
+      lose_interface();
     return false;
   }
 
@@ -136,21 +140,21 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   }
 
   /// Reads the first frame alone, so that its answer does not wait for other frames or for a read of an empty
-  /// queue. All further frames are read in batches.
+  /// queue.
   void receive() {
-    for (std::size_t room = 1;; room = ReceiveBatch::capacity) {
+    receive_queued(1, Time::max());
+    if (is_open()) wait();
+  }
+
+  /// Reads `room` frames, and then batches, until the queue is empty or contains only frames that arrived later.
+  void receive_queued(std::size_t room, Time last_arrival) {
+    for (Time arrival{}; is_open() && arrival <= last_arrival; room = ReceiveBatch::capacity) {
       const int count = batch_.read(socket_->get(), room);
-      if (count < 0 && errno != EAGAIN && errno != EINTR) {
-        lose_interface();
-        return;
-      }
-      for (int i = 0; i < count; ++i) {
-        take(static_cast<std::size_t>(i));
-        if (closed_) return;
-      }
+      if (count < 0 && errno != EAGAIN && errno != EINTR) lose_interface();
+      if (count > 0) arrival = batch_.received(static_cast<std::size_t>(count) - 1);
+      for (int i = 0; i < count && is_open(); ++i) take(static_cast<std::size_t>(i));
       if (count < static_cast<int>(room)) break;
     }
-    wait();
   }
 
   void take(std::size_t index) {

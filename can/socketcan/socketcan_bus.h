@@ -48,7 +48,8 @@ class SocketCanBus final : public Bus {
 
   /// Waits in the socket for one frame and passes it to the handler. This is faster than a wait in the
   /// context (docs/latency.md), which waits for frames only until the first call. Returns false at the
-  /// deadline, after a signal, or immediately if the interface is down; the context must then run.
+  /// deadline, after a signal, or immediately if the interface is down; the context must then run. After the
+  /// deadline it first passes all frames that have arrived: a late program must not report them as missing.
   bool receive_before(Time deadline);
 
  private:

@@ -81,6 +81,20 @@ TEST_F(SocketCanReceive, ReturnsAtTheDeadlineBetweenFramesThatNeverEnd) {
   EXPECT_GE(std::chrono::steady_clock::now(), deadline);
 }
 
+TEST_F(SocketCanReceive, DeliversAllFramesThatHaveArrivedIfItIsCalledAfterTheDeadline) {
+  const auto bus = open("vcan0", {{0x181}});
+  ASSERT_TRUE(shell("cangen vcan0 -g 0 -I 181 -n 40"));
+  EXPECT_FALSE(bus->receive_before(std::chrono::steady_clock::now()));
+  EXPECT_EQ(heard.size(), 40U);
+}
+
+TEST_F(SocketCanReceive, ReturnsAfterTheDeadlineIfFramesNeverEnd) {
+  const auto bus = open("vcan0", {{0x181}});
+  bus->on_frame([](const Frame&, Time) { EXPECT_TRUE(shell("cangen vcan0 -g 0 -I 181 -n 2")); });
+  ASSERT_TRUE(shell("cansend vcan0 181#01"));
+  EXPECT_FALSE(bus->receive_before(std::chrono::steady_clock::now()));
+}
+
 TEST_F(SocketCanReceive, CountsFramesThatTheKernelDropped) {
   const auto bus = open("vcan0", {{0x181}});
   ASSERT_TRUE(shell("cangen vcan0 -g 0 -I 181 -L 8 -n 3000"));
