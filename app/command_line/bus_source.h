@@ -1,5 +1,5 @@
-// Finds the input of commands that read CAN frames. It is an interface with a database (DBC), from a
-// configuration or from options, or a file recorded with candump.
+// Finds the input of commands that read CAN frames. One kind of input is a CAN interface with a database
+// (DBC); both are named in a configuration or in options. The second kind is a file recorded with candump.
 #pragma once
 
 #include <cstdint>

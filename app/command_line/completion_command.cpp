@@ -17,8 +17,9 @@
 namespace hystcan::app {
 namespace {
 
-/// Shell tables by name. "commands" maps each command to its subcommands, "options" each command to its
-/// options, "values" each option to its possible values: words, `@interface`, `@file`, or nothing.
+/// Shell tables by name. "commands" maps each command to its subcommands, "options" maps each command to its
+/// options, "values" maps each option to its possible values. These are words, or `@interface` for the names
+/// of the CAN interfaces, or `@file` for file names. A flag has no values.
 using Tables = std::map<std::string, std::string>;
 
 std::string words_taken(const CLI::Option& option) {

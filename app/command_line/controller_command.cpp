@@ -60,7 +60,8 @@ struct ControllerArguments {
 };
 
 /// Processes the cycle records on the telemetry thread: counts and writes each record, and logs changes of
-/// state. For each record, status and black box are updated before the log.
+/// state. Each record is stored for `hystcan status` and in the black box (the last cycles, written to a file
+/// after a fault) before the log is written.
 class CycleRecorder {
  public:
   CycleRecorder(const config::Config& config, const SavedStates& states, const std::filesystem::path& csv)
@@ -87,8 +88,8 @@ class CycleRecorder {
   }
 
   const StateLog& log() const { return log_; }
-  /// Returns the log of the bus state. The control thread adds samples to it. Call its write() for the last
-  /// lines after the telemetry thread ended.
+  /// Returns the log of the bus state. The control thread gives the log the present state of the bus with
+  /// sample(). After the telemetry thread ended, call write() of the log to print the last lines.
   can::BusHealthLog& bus_log() { return bus_log_; }
   CycleOutlets& outlets() { return outlets_; }
   controller::BlackBox& black_box() { return black_box_; }
@@ -113,9 +114,9 @@ bool all_axes(const controller::Controller& controller, auto predicate) {
   return true;
 }
 
-/// Returns true if the run can end: at least one axis has ended, and so has every other axis. An axis has
-/// ended if its reference is finished, or if the axis is faulted or offline. If `had_their_time` is true, an
-/// axis that still waits to start counts as ended, too.
+/// Returns true if the run can end because every axis has ended. An axis has ended if its reference is
+/// finished, or if the axis is faulted or offline. If `had_their_time` is true, an axis that still waits to
+/// start is ignored, but at least one axis must have ended.
 bool nothing_left_to_do(const controller::Controller& controller, bool had_their_time) {
   const auto has_ended = [](const controller::Axis& axis) {
     return axis.report().point.finished || axis.state() == AxisState::faulted ||
@@ -182,7 +183,8 @@ std::vector<controller::AxisOutcome> outcomes_of(
 
 /// Throws RunError if the run failed. The message lists every fault; without a fault, it is the first other
 /// reason, for example an axis that did not track. `was_enabled`: at least one axis was enabled when the run
-/// was told to end. If the user had disabled all axes, tracking nothing is not a failure.
+/// was told to end. A run in which no axis tracked is successful if the user had disabled all axes and uses
+/// neither --once nor --duration.
 void require_success(const controller::Controller& controller, const StateLog& log,
                      const ControllerArguments& options, bool was_enabled,
                      const std::vector<controller::AxisOutcome>& outcomes) {
@@ -244,7 +246,8 @@ void log_warnings(const config::Config& config) {
 }
 
 /// Runs the controller with the twin on a simulated bus. The log has virtual times. The files of the real
-/// stage stay unchanged: the rehearsal uses no socket, no black box and no saved memory.
+/// stage stay unchanged: the rehearsal opens no socket, writes no file after a fault (black box), and neither
+/// reads nor writes a saved hysteresis memory.
 int rehearse(const config::Config& config, const ControllerArguments& options) {
   std::vector<controller::TrackingStatistics> statistics;
   double limit_s = std::max(options.duration_s, patience_s);  // latest end of the rehearsal

@@ -28,10 +28,11 @@ struct DecodeArguments {
   bool json = false;
 };
 
-/// Computes the mean frame rate of a log. If one time stamp is later than its successor, it is treated as
-/// wrong: the interval between its predecessor and its successor counts instead. Two kinds of intervals are
-/// left out: an interval in which the clock was set back, and a gap that is longer than both a second and a
-/// thousand mean intervals.
+/// Computes the mean frame rate of a log from the intervals between the time stamps. If a time stamp is
+/// earlier than its predecessor B, one of two corrections is made. If it is not earlier than the time stamp
+/// before B, then B is treated as wrong, and the interval from the time stamp before B counts. Otherwise the
+/// clock was set back, and no interval counts. A gap that is longer than both a second and a thousand mean
+/// intervals does not count.
 class LogRate {
  public:
   void add(std::chrono::microseconds time) {
@@ -61,8 +62,8 @@ class LogRate {
 
   std::optional<std::chrono::microseconds> last_;
   std::chrono::microseconds before_{};  ///< second newest time stamp
-  Span span_{0}, taken_{0};             ///< span_: sum of the counted intervals in s; taken_: the newest
-                                        ///< interval in this sum, 0 if it is not counted
+  Span span_{0}, taken_{0};             ///< span_: sum of the counted intervals in s; taken_: the part of
+                                        ///< span_ from the newest interval, 0 if that interval is a gap
   std::uint64_t intervals_ = 0;
 };
 

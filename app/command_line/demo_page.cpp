@@ -29,8 +29,8 @@ namespace hystcan::app {
 namespace {
 
 constexpr auto pace = std::chrono::milliseconds(5);
-/// Each step catches up at most this much real time. If the machine is busy for longer, the rehearsal becomes
-/// slower than real time.
+/// Maximum time that the rehearsal simulates after each `pace`. If the machine is busy for longer than this
+/// time, the rehearsal becomes slower than real time.
 constexpr auto longest_catch_up = std::chrono::milliseconds(100);
 
 class TemporaryFolder {

@@ -90,7 +90,8 @@ class DecodeFindings {
   /// `database` must outlive this object.
   explicit DecodeFindings(const can::Database& database) : database_(database) {}
 
-  /// Returns one sentence for each omission that this frame shows for the first time; usually none.
+  /// Returns one sentence for each part of this frame's message that decoding omits, if add() has not
+  /// reported the message before. Usually the result is empty.
   std::vector<std::string> add(const can::LoggedFrame& logged);
 
  private:

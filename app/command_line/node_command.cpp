@@ -38,7 +38,8 @@ struct NodeArguments {
 
 using AnalogueAxes = std::vector<node::WiredAnalogueAxis>;
 
-/// Calls `open` for an axis; turns an error of its card into an error at the key of the configuration.
+/// Calls `open`, which opens a channel of the axis on its card. If that fails, throws an error that names the
+/// key of the channel in the configuration.
 template <class Open>
 auto at_its_key(const config::Config& config, const node::WiredAnalogueAxis& axis, Open open) {
   try {
@@ -131,8 +132,8 @@ node::AllDevices open_devices(const config::Config& config, const AnalogueAxes& 
   return devices;
 }
 
-/// Returns how long the guard waits for the node before it makes the outputs safe: at most the watchdog time
-/// of an axis, but long enough for short delays of the node.
+/// Returns how long the guard waits for the node before it makes the outputs safe. This is the shortest
+/// watchdog time of all axes, but at least 10 ms, so that short delays of the node have no effect.
 node::Guard::Duration patience_of(const AnalogueAxes& axes) {
   node::Guard::Duration shortest = std::chrono::hours(1);
   for (const node::WiredAnalogueAxis& axis : axes)

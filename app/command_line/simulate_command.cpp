@@ -59,8 +59,8 @@ void require_later_rows(const SimulateArguments& options, std::optional<double> 
   }
 }
 
-/// Simulates the input file in constant memory and writes the rows to `out`. Returns the number of all rows,
-/// of rows with a request that the model cannot reach, and of rows on a branch that does not increase.
+/// Simulates the input file in constant memory and writes the rows to `out`. Returns three numbers: all rows,
+/// the rows whose value the model cannot reach, and the rows on a branch that does not increase.
 model::Tally run(const SimulateArguments& options, const config::Actuator& actuator,
                  config::ActuatorMemory& memory, RowOutput& out) {
   const std::unique_ptr<RowInput> rows = open_rows(options.input, options.inverse ? "output" : "input");

@@ -115,7 +115,8 @@ Measured measured_before(const TuneArguments& options, const config::Config& con
   input.axis = report.axis;
   input.input_unit = report.drive_unit;
   input.layout = options.layout;
-  // `true` accepts doubtful rows with a warning, because no limit of the stage is derived from this record.
+  // `true` accepts a record with drop-outs or glitches and prints a warning. This is safe, because no limit
+  // of the stage is derived from this record.
   load(records, input, true);
   report.record = options.record.filename().string();
   return {*records.step, *shown_plant(records, config.axes[0].control.delays)};

@@ -52,7 +52,7 @@ ValidationOptions validation_options_of(const ValidateArguments& options, const 
   if (!options.quasi_static)
     validation_options.crept = config::load_creep_memory(options.memory, model::OutputCreep(lag.creep),
                                                          validation_options.memory->output);
-  // Drops the saved time: the time of the dataset counts from its first row.
+  // Removes the time that the memory file contains, because the times of the dataset begin at its first row.
   if (validation_options.crept) validation_options.crept->time_s.reset();
   return validation_options;
 }

@@ -54,7 +54,8 @@ nlohmann::json ask_socket(const std::filesystem::path& file, const nlohmann::jso
   std::optional<error_code> end;
   const std::string line = command.dump() + "\n";
   boost::asio::async_write(socket, boost::asio::buffer(line), [&](const error_code&, std::size_t) {
-    // If the server has already closed the connection, its reason may still be readable.
+    // Reads even after a failed write: a server that has closed the connection may have sent its reason
+    // before.
     boost::asio::async_read_until(socket, received, '\n',
                                   [&](const error_code& error, std::size_t) { end = error; });
   });

@@ -163,8 +163,8 @@ const ControlCommand* find_command(const nlohmann::json& command, Server server)
 /// Returns the same as find_command(), but throws Error with the accepted words if there is no such command.
 const ControlCommand& take_command(const nlohmann::json& command, Server server);
 
-/// Parses one line of the socket, which is a command or an answer. If the line is not a JSON object, or is
-/// nested deeper than eight levels, the result is not an object either. Callers check is_object().
+/// Parses one line of the socket, which is a command or an answer. Callers must check is_object(): the result
+/// is an object only if the line is a JSON object with at most eight nested levels.
 nlohmann::json parse_command(const std::string& line);
 
 /// Returns the member `key` of the command as text or number. Throws Error if the member is missing or has

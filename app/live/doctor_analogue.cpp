@@ -20,7 +20,8 @@
 namespace hystcan::app {
 namespace {
 
-/// A sample above this share of the period leaves too little time for the output and other axes.
+/// Maximum duration of a sample, as a share of the period, for a good verdict. A longer sample leaves too
+/// little time for the output and other axes.
 constexpr double good_sample_share = 0.2;
 constexpr int most_samples = 1000;
 constexpr std::chrono::milliseconds longest_sampling{300};
@@ -29,7 +30,7 @@ constexpr std::chrono::milliseconds longest_sampling{300};
 struct Sampling {
   controller::TimeStatistics times;
   int count = 0;
-  double sum_um = 0.0, sum_um2 = 0.0;  ///< sums of the differences from the first position and their squares
+  double sum_um = 0.0, sum_um2 = 0.0;  ///< sums of d and of d^2 (d: position minus first position, in um)
   int without_position = 0;
 
   double rms_nm() const {

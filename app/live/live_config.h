@@ -1,6 +1,7 @@
 // The configuration of a running controller: the settings in force, and the changes that a new version of the
-// file or a single setting would cause. This class only prepares changes. The caller applies all prepared
-// changes, or none if one of them needs a restart, because the file is valid only as a whole.
+// file or a command `set` would cause. This class prepares changes but does not apply them. The caller
+// applies all prepared changes, or none if one of them needs a restart, because the file is valid only as a
+// whole.
 #pragma once
 
 #include <filesystem>
@@ -34,12 +35,12 @@ class LiveConfig {
     /// Requests to the control thread, one for each axis that must apply new settings.
     std::vector<std::unique_ptr<controller::Request>> requests{};
   };
-  /// Prepares the change to the current content of the file, which discards all earlier single settings.
-  /// Throws Error if the file is invalid.
+  /// Prepares the change to the current content of the file, which discards the changes of all `set`
+  /// commands. Throws Error if the file is invalid.
   Prepared reread() const;
   /// Prepares the change of one key in [axis.control], for example "kp" or "delays.resonance_Hz".
   Prepared with(std::string_view axis, std::string_view key, const std::string& toml_value) const;
-  /// Prepares to undo the last single setting. Throws Error if there was none since the file was read.
+  /// Prepares to undo the last command `set`. Throws Error if no `set` was executed since the file was read.
   Prepared without_the_last() const;
   /// Makes `prepared` the settings in force. Call this function after every axis applied its request.
   void accept(const Prepared& prepared);

@@ -18,9 +18,9 @@ namespace hystcan::app {
 
 class LiveLoop {
  public:
-  /// Disables huge pages: a kernel with init_on_alloc clears 2 MB at once, which takes several cycles on a
-  /// slow core, and a kernel that is not preemptible blocks the control thread for that time, no matter which
-  /// thread allocates.
+  /// Disables huge pages. A kernel with init_on_alloc clears each huge page (2 MB) when any thread allocates
+  /// it. On a slow core this takes several cycles. A kernel that is not preemptible blocks the control thread
+  /// for that time.
   explicit LiveLoop(std::string interface) : interface_(std::move(interface)) {
     prctl(PR_SET_THP_DISABLE, 1, 0, 0, 0);
   }
@@ -71,7 +71,8 @@ class LiveLoop {
     });
   }
 
-  /// The context does not use locks, because only one thread uses it and the program has no other signal_set.
+  /// The context does not use locks. This is safe because only one thread uses the context, and because no
+  /// other signal_set exists whose thread could pass a signal to this context.
   boost::asio::io_context context_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE};
   boost::asio::signal_set signals_{context_};
   can::AsioScheduler scheduler_{context_};

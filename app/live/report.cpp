@@ -22,8 +22,8 @@ nlohmann::json error_to_json(const controller::ErrorStatistics& error, double st
           {"max_percent", measured(100.0 * error.max_um / stroke_um)}};
 }
 
-/// Adds the error relative to the ideal reference with sharp corners, if it differs: the controller rounds
-/// the corners of a triangle.
+/// Adds the error relative to the reference with sharp corners, if it differs from the error relative to the
+/// actual reference. They differ if the controller rounds the corners of the reference.
 void add_ideal(nlohmann::json& object, const controller::ErrorStatistics& error,
                const controller::ErrorStatistics& against_ideal, double stroke_um) {
   if (against_ideal.sum_of_squares != error.sum_of_squares)
