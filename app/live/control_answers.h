@@ -36,8 +36,10 @@ struct RefusedAnswer {
 template <class V>
 void visit(V& v, RefusedAnswer& a) {
   v.member("error", a.error, {"", "the reason"});
-  v.optional("refusals", a.refusals, !a.refusals.empty(),
-             {"", "by axis, the name of the reason (`controller/control/refusal.h`), for programs"});
+  v.optional(
+      "refusals", a.refusals, !a.refusals.empty(),
+      {"",
+       "for programs: the reason of each axis that refused, as a name from `controller/control/refusal.h`"});
   v.optional("file", a.file, !a.file.empty(), {"", "the configuration file, if `settings` finds it invalid"});
 }
 
@@ -150,7 +152,7 @@ void visit(V& v, LastEvent& a) {
 template <class V>
 void visit(V& v, controller::Learning::Report& a) {
   v.member("state", a.state, {"", "`learning`, `resting`, `frozen`, `diverged`"});
-  v.member("periods", a.periods, {"", "periods judged"});
+  v.member("periods", a.periods, {"", "number of evaluated periods"});
   v.member("rms_um", a.rms_um, {"um", "RMS error of the last period"});
   v.member("first_rms_um", a.first_rms_um, {"um", "RMS error without learning"});
   v.member("correction_um", a.correction_um, {"um", "present correction"});
@@ -199,8 +201,8 @@ void visit(V& v, AxisAnswer& a) {
   v.optional(
       "waits_for_all", a.waits_for_all, waits,
       {"",
-       "missing conditions: only the first condition of each node, "
-       "because its later conditions depend on the first; for a ready amplifier both output and rest"});
+       "missing conditions: for each node only the first, because its later conditions depend on the first. "
+       "A ready amplifier can have two: its output is out of range, and its output changes"});
   v.optional("fault_time_s", a.fault_time_s, has_fault, {"s", "faulted axis: time of the fault"});
   v.optional("remedy", a.remedy, has_fault, {"", "faulted axis: what to do"});
   v.optional("reference_um", a.reference_um, a.tracks(), {"um", "while tracking: the reference"});
@@ -238,8 +240,8 @@ void visit(V& v, StatusAnswer& a) {
   v.optional(
       "last_event", a.last_event, a.last_event.has_value(),
       {"",
-       "last event of a node: "
-       "emergency, not set up, foreign NMT command, sample without a SYNC, frame of another controller"});
+       "last event of a node: an emergency, a failed set-up, an NMT command or SDO of another device, "
+       "a sample with a wrong SYNC counter, a frame outside its slot, or a frame of another controller"});
   v.member("axes", a.axes, {"", "the newest cycle of each axis"});
 }
 
@@ -273,7 +275,7 @@ void visit(V& v, TwinAxisAnswer& a) {
   v.member("amplifier", a.amplifier, {"", "`off`, `ready`, `enabled`, `tripped`"});
   v.member("amplifier_fault", a.amplifier_fault, {"", "fault flags in the status of the amplifier"});
   v.member("sensor", a.sensor, {"", "`off`, `pre-operational`, `operational`, `stopped`"});
-  v.member("drive", a.drive, {"drive unit", "true drive, which may differ from the frames"});
+  v.member("drive", a.drive, {"drive unit", "true drive, including noise and ripple"});
   v.member("position_um", a.position_um, {"um", "true position"});
 }
 
@@ -291,7 +293,8 @@ void visit(V& v, TwinFaultAnswer& a) {
   v.member("axis", a.axis, {"", "its axis"});
   v.optional("node", a.node, a.node.has_value(),
              {"", "`sensor` or `amplifier`; missing for a fault of the stage"});
-  v.optional("value", a.value, a.value.has_value(), {"", "strength, in the unit of the kind"});
+  v.optional("value", a.value, a.value.has_value(),
+             {"", "strength of the fault, in the unit of this kind of fault"});
   v.member("began_s", a.began_s, {"s", "start of the fault, since the start of the twin"});
   v.optional("ends_s", a.ends_s, a.ends_s.has_value(), {"s", "end of the fault, if it has a duration"});
 }

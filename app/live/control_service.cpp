@@ -51,7 +51,8 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
     spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
   }
   if (!watch_.is_watching())
-    spdlog::warn("{} cannot be watched; send SIGHUP after a change", config_file.string());
+    spdlog::warn("{} cannot be watched for changes; send SIGHUP to the controller after a change",
+                 config_file.string());
   thread_ = std::thread([this] {
     yield_to_the_control_thread();
     const auto work = boost::asio::make_work_guard(context_);

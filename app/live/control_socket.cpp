@@ -87,8 +87,9 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     const ControlCommand* row = find_command(command, owner_.handler_.server);
     if (row == nullptr || row->verb != Verb::stop)
       return answer(
-          refusal(fmt::format("{} connections already wait for an answer, expected only the command stop",
-                              most_sessions)),
+          refusal(fmt::format(
+              "{} connections already wait for an answer, expected stop (no other command is accepted now)",
+              most_sessions)),
           true);
     close_after(time_for_its_answer);
     execute(command);

@@ -101,9 +101,10 @@ std::optional<RunError> find_memory_lock_refusal() {
   rlimit limit{};
   getrlimit(RLIMIT_MEMLOCK, &limit);
   if (limit.rlim_cur == RLIM_INFINITY || has_capability(CAP_IPC_LOCK)) return std::nullopt;
-  return RunError(fmt::format("lock_memory was refused: the limit of {} kB could stop an allocation",
-                              limit.rlim_cur / 1024),
-                  {.remedy = memory_cure});
+  return RunError(
+      fmt::format("lock_memory was refused: locked memory is limited to {} kB, so an allocation could fail",
+                  limit.rlim_cur / 1024),
+      {.remedy = memory_cure});
 }
 
 std::optional<RunError> lock_memory() {

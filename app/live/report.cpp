@@ -116,7 +116,8 @@ nlohmann::json to_json(const can::RejectedFrames& rejected) {
 std::vector<std::string> describe(const BusClosing& closing) {
   std::vector<std::string> lines = closing.events;
   if (closing.events_truncated > 0)
-    lines.push_back(fmt::format("{} events of further kinds are not shown", closing.events_truncated));
+    lines.push_back(fmt::format("{} events are not shown, because there were too many kinds of events",
+                                closing.events_truncated));
   lines.push_back(describe(closing.bus));
   for (const can::RejectedFrames& rejected : closing.rejected)
     if (std::string line = describe(rejected); !line.empty()) lines.push_back(std::move(line));
@@ -156,13 +157,13 @@ std::string describe(const controller::AxisOutcome& outcome) {
   const controller::ErrorStatistics total = outcome.statistics.total();
   if (total.samples == 0)
     return outcome.name +
-           ": no error to report: no sample arrived after a transition of the reference had settled";
+           ": no error to report, because no sample arrived after the settling time of a reference segment";
   std::string line = fmt::format("{}: error RMS {:.4f} um ({:.3f} % of {:g} um), max {:.4f} um over {}",
                                  outcome.name, total.rms_um(), 100.0 * total.rms_um() / outcome.stroke_um,
                                  outcome.stroke_um, total.max_um, counted(total.samples, "sample"));
   const controller::ErrorStatistics ideal = outcome.statistics.total_against_ideal();
   if (ideal.sum_of_squares != total.sum_of_squares)
-    line += fmt::format("; relative to a reference with sharp corners: RMS {:.4f} um, max {:.4f} um",
+    line += fmt::format("; relative to the reference without rounded corners: RMS {:.4f} um, max {:.4f} um",
                         ideal.rms_um(), ideal.max_um);
   return line;
 }
@@ -176,8 +177,7 @@ std::string failure_of(const std::vector<controller::AxisOutcome>& axes) {
     if (axis.statistics.total().samples > 0) continue;
     if (axis.state == controller::AxisState::tracking)
       return fmt::format(
-          "axis {} tracked, but no sample arrived after a transition of its reference had settled",
-          axis.name);
+          "axis {} tracked, but no sample arrived after the settling time of a reference segment", axis.name);
     return fmt::format("axis {} did not start to track its reference: {}", axis.name, to_string(axis.state));
   }
   return {};
@@ -186,13 +186,13 @@ std::string failure_of(const std::vector<controller::AxisOutcome>& axes) {
 std::string describe(const controller::Learning::Report& learning) {
   if (learning.periods == 0) return "nothing learnt: every period had a limited drive or a missing sample";
   const std::string errors = fmt::format(
-      "{} judged, error RMS of the last segment (setpoint[{}]): "
+      "{} evaluated, error RMS of the last segment (setpoint[{}]): "
       "{:.4f} um in its first period, {:.4f} um in its last period",
       counted(learning.periods, "period"), learning.segment, learning.first_rms_um, learning.rms_um);
   if (learning.state == controller::LearningState::diverged)
     return errors +
-           "; warning: the error of a segment grew in each attempt, "
-           "so the correction of this segment was reset permanently";
+           "; warning: the error of a segment grew in each attempt to learn, "
+           "so the correction of this segment was removed permanently";
   if (learning.state == controller::LearningState::resting)
     return errors + "; warning: the error grew, so the correction was reset";
   return errors + fmt::format("; correction up to {:.4f} um", learning.correction_max_um);

@@ -59,8 +59,9 @@ template <class V>
 void visit(V& v, StreamAxis& a) {
   v.member("name", a.name, {"", "name in the configuration"});
   v.member("drive_unit", a.drive_unit, {"", "unit of its drive"});
-  v.optional("tolerance_um", a.tolerance_um, a.tolerance_um.has_value(),
-             {"um", "controller: tolerance of `[axis.control.in_position]`, or 0"});
+  v.optional(
+      "tolerance_um", a.tolerance_um, a.tolerance_um.has_value(),
+      {"um", "only from a controller: tolerance of `[axis.control.in_position]`; 0 without this table"});
 }
 
 /// The first line of a stream, which describes its rows.
@@ -80,11 +81,11 @@ void visit(V& v, StreamGreeting& g) {
   v.member("columns", g.columns, {"", "columns of each row, in order"});
   v.member("axes", g.axes, {"", "list of the axes; the column `axis` is the index in this list, from 0"});
   v.optional("states", g.states, !g.states.empty(),
-             {"", "controller: words for the indices in the column `state`"});
+             {"", "only from a controller: words for the indices in the column `state`"});
   v.optional("faults", g.faults, !g.faults.empty(),
-             {"", "controller: words for the indices in the column `fault`"});
+             {"", "only from a controller: words for the indices in the column `fault`"});
   v.optional("limits", g.limits, !g.limits.empty(),
-             {"", "controller: words for the bits in the column `limits`"});
+             {"", "only from a controller: words for the bits in the column `limits`"});
 }
 
 /// Returns the first line of the stream: of a controller, or of a twin if `twin` is given.

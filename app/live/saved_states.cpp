@@ -80,8 +80,9 @@ void SavedStates::forget(std::size_t axis) {
   std::error_code error;
   std::filesystem::remove(axes_[axis].file, error);
   if (error)
-    spdlog::warn("{}: cannot be removed: {}; the next start must not use start_up = \"restore\"",
-                 axes_[axis].file.string(), error.message());
+    spdlog::warn(
+        "{}: cannot be removed: {}; do not use start_up = \"restore\", because the file is out of date",
+        axes_[axis].file.string(), error.message());
 }
 
 void SavedStates::save(const controller::Controller& controller) const {
@@ -93,7 +94,8 @@ void SavedStates::save(const controller::Controller& controller) const {
       file.write(memory_text(*law, controller.axis(i).closed_loop()->learning()));
       file.commit();
     } catch (const RunError& error) {
-      spdlog::warn("{}; the next start must not use start_up = \"restore\"", error.what());
+      spdlog::warn("{}; do not use start_up = \"restore\" at the next start, because the memory is not saved",
+                   error.what());
     }
   }
 }

@@ -247,7 +247,7 @@ TEST_F(Tune, PrintsThatASetpointEndsBeforeAnErrorCanBeMeasured) {
   Process program = tune();
   EXPECT_EQ(program.wait(), failed);
   EXPECT_NE(program.err().find(
-                "axis x tracked, but no sample arrived after a transition of its reference had settled. "
+                "axis x tracked, but no sample arrived after the settling time of a reference segment. "
                 "[[axis.control.setpoint]] ends before an error can be measured: make the reference longer"),
             std::string::npos)
       << program.err();

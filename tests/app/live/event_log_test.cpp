@@ -85,7 +85,8 @@ TEST_F(EventLogOfAnAxis, CountsTheEventsBeyondAHundredKinds) {
 }
 
 TEST(BusClosing, ReportsTheNumberOfOmittedEvents) {
-  EXPECT_EQ(describe(BusClosing{.events_truncated = 15})[0], "15 events of further kinds are not shown");
+  EXPECT_EQ(describe(BusClosing{.events_truncated = 15})[0],
+            "15 events are not shown, because there were too many kinds of events");
 }
 
 }  // namespace

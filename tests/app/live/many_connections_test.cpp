@@ -111,7 +111,8 @@ struct WaitingConnections : testing::Test {
 
 TEST_F(WaitingConnections, AllowOneMoreThatMayOnlyStop) {
   EXPECT_TRUE(
-      says(ask_at_once(status), "16 connections already wait for an answer, expected only the command stop"));
+      says(ask_at_once(status),
+           "16 connections already wait for an answer, expected stop (no other command is accepted now)"));
   EXPECT_TRUE(is_ok(ask_at_once(stop)));
 }
 
