@@ -150,7 +150,7 @@ int check(const std::filesystem::path& file) {
     for (const std::string& warning : warnings(config)) print("# warning: {}\n", warning);
   for (const std::string& warning : config.database.warnings) print("# warning: {}\n", warning);
   if (config.database.further_warnings > 0)
-    print("# warning: and {} more\n", config.database.further_warnings);
+    print("# warning: {} of the DBC not shown\n", counted(config.database.further_warnings, "more warning"));
   return done;
 }
 
@@ -185,7 +185,9 @@ Limit limit_of(const WiringName& wiring, std::size_t axes, const config::Config&
 
 void print_rates(const config::Config& config) {
   const can::BitRates rates = config::wired_as(config::Wiring::fd, 1, config).bus.rates();
-  print("# the highest rate_Hz at which every command starts before the next SYNC, for any phases\n");
+  print(
+      "# the highest rate_Hz at which every command starts before the next SYNC, "
+      "even if nodes send at any time\n");
   print(
       "# at {} bit/s and {} bit/s in the data phase, with a turnaround of {} us and AmpStatus every {} cycles\n",
       rates.nominal_bit_per_s, rates.data_bit_per_s, in_us(config.bus.turnaround),
@@ -254,7 +256,7 @@ void add_check(CLI::App& cli, int& status) {
                       "configuration or model file (TOML); default with --rates: the shipped piezo stage");
   CLI::Option* rates = command->add_flag(
       "--rates", options->rates,
-      "print only the highest rate of 1 to 16 axes on its bus, with classical CAN and CAN FD");
+      "print only the highest control rate for 1 to 16 axes on a bus, with classical CAN and with CAN FD");
   command->add_flag("--json", options->json, "print the rates as JSON")->needs(rates);
   command->callback([options, &status] {
     if (options->file.empty() && !options->rates) throw CLI::RequiredError("CONFIG");

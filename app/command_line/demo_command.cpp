@@ -122,7 +122,7 @@ void print_heading(const config::Config& config, double stroke_um) {
       preview_ms(config), plant.mode.natural_frequency_Hz, plant.mode.damping_ratio, stroke_um);
   print(
       "at the samples: reference - measured; true: reference - position of the twin, every {:g} us\n"
-      "floor: the least true RMS error that any {} setpoints can have\n"
+      "floor: the smallest true RMS error that is possible with one setpoint per cycle, {} by the amplifier\n"
       "the twin's actuator differs from the controller's model ({} against {})\n\n",
       1e6 * can::seconds(plant.substep), axis.twin.interpolate ? "interpolated" : "held",
       axis.twin_model.string(), axis.control_model.string());
@@ -254,13 +254,13 @@ int run_demo(const DemoArguments& options) {
                                 {"delay_cycles", rate_Hz * axis.control.delays.to_sample_s(1.0 / rate_Hz)},
                                 {"from_s", begin_s},
                                 {"to_s", begin_s + 0.3}}}});
-  note("{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second with the CSV written\n",
+  note("{:.1f} s of virtual time in {:.2f} s, {:.0f} axis-cycles per second (CSV files included)\n",
        virtual_s, wall.count(), axis_cycles / wall.count());
   note("{}: {}\n", options.output.string(),
-       undrawn ? "two CSV files for each structure (log of the controller, true states of the twin); "
+       undrawn ? "two CSV files for each control structure (log of the controller, true states of the twin); "
                  "no picture: " +
                      *undrawn
-               : "demo.svg, demo.png, and two CSV files for each structure "
+               : "demo.svg, demo.png, and two CSV files for each control structure "
                  "(log of the controller, true states of the twin)");
   const bool failed_once =
       std::ranges::any_of(columns, [](const Column& column) { return !column.failure.empty(); });

@@ -167,7 +167,7 @@ void propose_further(const ExciteArguments& options, const config::Config& confi
     return shell_word(options.output.parent_path() / fmt::format("{}.{}.csv", stem, what));
   };
   note(
-      "a second rate separates delay from hysteresis; a further record validates the model:\n"
+      "a record at another rate separates delay from hysteresis; a third record validates the model:\n"
       "  --period {:g} --output {}\n  --period {:g} --levels 3 --output {}\n",
       4.0 * period_s, beside("slow"), 2.0 * period_s, beside("unseen"));
 }
@@ -196,7 +196,7 @@ bool recorded(OutputFile& file, const ExciteArguments& options, const config::Co
       config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) note("{}\n", line);
   if (may_shrink && is_of_size(end.axis.fault())) {
-    note("{}. If only the zero of the sensor differs, set the zero with hystcan init --sensor-at-safe\n",
+    note("{}. If only the zero of the sensor is wrong, state the zero with hystcan init --sensor-at-safe\n",
          describe(axis, end.axis.fault()));
     return true;
   }
@@ -265,13 +265,14 @@ void add_excite(CLI::App& cli, int& status) {
               "highest drive; default: drive_max. Step and chirp are centred between --low and --high");
   CLI::Option* slew = add_checked(*command, "--slew", options->slew_per_s, positive_number(),
                                   "hysteresis: speed in drive units per second");
-  add_checked(*command, "--period", options->period_s, positive_number(),
-              "seconds per major loop (100 / resonance, at least 2) or per step up and down (0.4)")
+  add_checked(
+      *command, "--period", options->period_s, positive_number(),
+      "seconds per major loop (default: 100 / resonance, at least 2) or per step up and down (default: 0.4)")
       ->excludes(slew);
   add_checked(*command, "--cycles", options->cycles, whole_number(1, Excitation::most_turns),
-              "number of major loops (2) or of steps up and down (5)");
+              "number of major loops (default: 2) or of steps up and down (default: 5)");
   add_checked(*command, "--levels", options->levels, whole_number(0, Excitation::most_turns),
-              "hysteresis: number of nested loops, and of reversal curves in each direction (5)");
+              "hysteresis: number of nested loops, and of reversal curves in each direction; default: 5");
   add_checked(*command, "--amplitude", options->amplitude, positive_number(),
               "step, chirp: amplitude in drive units; default: 5 % of the range from --low to --high, "
               "less if the twin approaches a limit");

@@ -188,7 +188,7 @@ std::vector<std::string> DecodeFindings::add(const can::LoggedFrame& logged) {
   if (message->length > one_frame)
     findings.push_back(
         fmt::format("message {} has {} bytes, a frame at most {}: "
-                    "a message of several frames is not assembled",
+                    "hystcan does not join the frames of a message",
                     message->name, message->length, frame.length));
   for (const can::Signal& signal : message->signals)
     if (!can::is_decodable(signal))

@@ -105,7 +105,7 @@ std::string finding_of_old(const std::filesystem::path& file, const identificati
       "{}everything that the datasets do not determine is copied from {}{}",
       moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
       covers ? "" : "everything beyond the inputs and ",
-      file.string() + (old.creep ? "" : ", which has no creep"),
+      file.string() + (old.creep ? "" : " (a model without creep)"),
       config::load_lag(file).dynamics ? ", except [dynamics]" : "");
 }
 
@@ -205,7 +205,7 @@ int run_identify(const IdentifyArguments& options) {
     for (const std::string& finding : finding_texts) print("- {}\n", finding);
     print(
         "{}: {}, {} parameters, "
-        "misses the output by {:.3g} % RMS, {:.3g} % at most{}, of its span {:.5g} {}\n",
+        "error {:.3g} % RMS, {:.3g} % at most{}, relative to the output span {:.5g} {}\n",
         options.output.string(), identified.search.shape.text(), identified.parameter_count(),
         identified.overall.rms * percent, identified.overall.max * percent,
         identified.held_out_rms
@@ -229,7 +229,7 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
   CLI::Option* start = command->add_option(
       "--start", options->start,
-      "old model (TOML), recursive-memory, for everything that the datasets do not determine");
+      "old recursive-memory model (TOML); parts that the datasets do not determine are copied from it");
   command->add_flag("--overwrite", options->overwrite, "replace existing files");
   add_model_options(*command, options->model);
   CLI::Option* delay = add_checked(*command, "--delay", options->identify_options.delay_s,
@@ -246,10 +246,11 @@ void add_identify(CLI::App& cli, int& status) {
       ->add_flag("--dynamics", options->dynamics,
                  "also identify a mechanical mode and a delay, from fast, evenly sampled datasets")
       ->excludes(start);
-  add_checked(*command, "--symmetry", options->symmetry, one_of(words(identification::ShapeOfOutput{})),
-              "even: x(v) = x(-v); butterfly: the branches cross beside zero (coercivity)");
+  add_checked(
+      *command, "--symmetry", options->symmetry, one_of(words(identification::ShapeOfOutput{})),
+      "even: inputs v and -v give the same output; butterfly: each branch is lowest beside 0 (coercivity)");
   add_checked(*command, "--thresholds", options->thresholds, one_of({"auto", "observed"}),
-              "`observed`: at the ends of the measured inputs, so that a drive reaches both thresholds");
+              "`observed`: the lowest and the highest measured input; `auto`: possibly beyond these inputs");
   command->add_option("--initial-memory", options->initial_memory,
                       "file for the memory at the start of the (first) dataset, for simulate --memory");
   command->add_option("--report", options->report,

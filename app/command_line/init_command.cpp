@@ -43,7 +43,7 @@ std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
   require_one_each("--unseen", options.unseen);
   if (options.records.empty()) {
     if (!options.steps.empty() || !options.unseen.empty())
-      throw Error("--step and --unseen need --record: the model is identified first");
+      throw Error("--step and --unseen need --record, from which the model is identified");
     return {};
   }
   std::vector<AxisRecords> records(axes);
@@ -87,9 +87,10 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   command.add_option("--axis", facts.axes, "name of an axis; repeat it for each axis")
       ->default_str("x")
       ->allow_extra_args(false);
-  command.add_option("--card", facts.card,
-                     "can if amplifier and sensor are nodes on CAN (default), otherwise their analogue card: "
-                     "comedi:/dev/comedi0, iio:ad5791, simulated");
+  command.add_option(
+      "--card", facts.card,
+      "can (default): amplifier and sensor are nodes on CAN. Otherwise the name of an analogue card: "
+      "comedi:/dev/comedi0, iio:ad5791, simulated");
   add_checked(command, "--unit", facts.drive_unit, one_of({"V", "A"}), "unit of the drive: V or A");
   const auto number = [&](const char* name, std::vector<double>& values, const char* what) {
     add_checked(command, name, values, finite_number(), what)->allow_extra_args(false);
@@ -100,7 +101,7 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   number("--stroke", facts.stroke_um,
          "stroke from the lowest to the highest drive, um; default: from the record");
   number("--sensor-at-safe", facts.sensor_at_safe_um,
-         "sensor reading at the safe drive, um (0); default: from the record");
+         "sensor reading at the safe drive, um; default: from the record, or 0 without a record");
   number("--resonance", facts.resonance_Hz, "first resonance, Hz; default: from the step record");
   number("--damping", facts.damping_ratio, "damping ratio of the resonance (0.02)");
   number("--sensor-delay", facts.sensor_delay_us, "delay from the position to its sample, us (0: unknown)");
@@ -117,8 +118,9 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   role("--position", "sample.position", "signal with the measured position");
   role("--enable", "command.enable", "signal that enables the amplifier, or none");
   command
-      .add_option("--role", facts.further_roles,
-                  "a further signal of your frames: status.state=MSG.SIG; repeat it for each signal")
+      .add_option(
+          "--role", facts.further_roles,
+          "role and signal of your frames, such as status.state=MSG.SIG; repeat the option for each signal")
       ->allow_extra_args(false);
   add_checked(command, "--nodes", facts.nodes, whole_number(1, 127),
               "two node ids for each axis, amplifier and sensor: 1,2")
@@ -130,30 +132,32 @@ void add_facts(CLI::App& command, InitOptions& facts) {
 void add_init(CLI::App& cli, int& status) {
   auto options = std::make_shared<InitOptions>();
   CLI::App* command = cli.add_subcommand(
-      "init", "Create the folder of a new stage: configuration, models, tuned and rehearsed loop");
+      "init",
+      "Create the folder of a new stage: write configuration and models, then tune and rehearse the loop");
   command->add_option("DIR", options->folder, "folder to create; no file in it is overwritten")->required();
   command
-      ->add_option(
-          "--record", options->records,
-          "slow loops (CSV) for the hysteresis; repeat it for each axis, or for another rate of one axis")
+      ->add_option("--record", options->records,
+                   "slow loops (CSV) for the hysteresis; repeat the option for each axis, "
+                   "or for each rate of a single axis")
       ->allow_extra_args(false);
   command
       ->add_option("--step", options->steps,
                    "small fast steps or a chirp (CSV) for the dynamics; repeat it for each axis")
       ->allow_extra_args(false);
-  command->add_option("--unseen", options->unseen, "further loops (CSV) to validate the model")
+  command
+      ->add_option("--unseen", options->unseen, "loops (CSV) that are not in --record, to validate the model")
       ->allow_extra_args(false);
   add_facts(*command, *options);
   add_checked(*command, "--cycle-rate", options->rate_Hz, number_between(1.0, 10'000.0),
               "control rate, Hz (1000)");
   add_column_options(*command, options->input.layout);
   add_checked(*command, "--rate", options->input.layout.rate_Hz, positive_number(),
-              "sampling rate of the records, Hz, if they have no time or count the samples");
+              "sampling rate of the records, Hz, if they contain no times or only sample numbers");
   add_model_options(*command, options->model);
   command->add_flag("--yes", options->yes, "use the defaults instead of questions");
   command->add_flag(
       "--accept", options->accept,
-      "accept records with drop-outs, which are ignored, or with a sensor at the end of its range");
+      "accept a sensor at the end of its range in the records, and leave out drop-outs and glitches");
   CLI::Option* carry_on =
       command->add_flag("--continue", options->carry_on,
                         "continue with the records of `hystcan excite` in DIR and the earlier answers");

@@ -158,7 +158,8 @@ std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices, node::
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begun;
   auto guard = std::make_unique<node::Guard>(make_safe, patience);
   for (const auto& one : devices) one->output.obey(guard->takeovers());
-  spdlog::info("guard process {}: test passed, safe within {:.1f} ms", guard->process(), took.count());
+  spdlog::info("guard process {}: test passed, outputs safe within {:.1f} ms", guard->process(),
+               took.count());
   return guard;
 }
 

@@ -79,11 +79,12 @@ void add_page(CLI::App& cli, int& status) {
   command->add_flag("--expose", options->expose,
                     "allow an address that other machines can reach (not encrypted)");
   command->add_option("--name", options->names,
-                      "further host name of this machine in the address of a browser");
-  command->add_option("--socket", options->socket,
-                      "control socket of the controller; default: by the interface");
+                      "additional host name of this machine that a browser may use in its address");
+  command->add_option(
+      "--socket", options->socket,
+      "control socket of the controller; default: as configured, or the socket of the interface");
   command->add_option("--twin-socket", options->twin_socket,
-                      "control socket of the twin; default: by the interface");
+                      "control socket of the twin; default: the socket of the interface");
   command->add_flag("--token", options->token, "print the token that a page needs to write, then end");
   command->callback([options, &status] { status = run_page(*options); });
 }

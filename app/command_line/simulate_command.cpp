@@ -48,7 +48,7 @@ void require_later_rows(const SimulateArguments& options, std::optional<double> 
       throw Error(options.input, fmt::format("the first row is at {} s", time_s),
                   {.expected = fmt::format("more than {} s, which is time_s of {}", *before_s,
                                            options.memory.string()),
-                   .remedy = "a memory without time_s is the state before the first row"});
+                   .remedy = "remove time_s from the memory file, so that the first row can have any time"});
     if (!is_later)
       throw Error(options.input, fmt::format("row {} is at {} s", rows + 1, time_s),
                   expect("more than {} s, the time of the row before: "
@@ -106,12 +106,12 @@ void report_simulation(const SimulateArguments& options, const config::Actuator&
   const model::Interval range = actuator.input_range();
   note("{}: {}, {} of them limited to the thresholds {} and {} {}\n", options.output.string(),
        counted(tally.rows, "row"), tally.saturated, range.lo, range.hi, actuator.input_unit);
-  if (memory.creeps()) note("with {} of the model file\n", creep_text(*actuator.lag.creep));
+  if (memory.creeps()) note("the outputs include {} of the model file\n", creep_text(*actuator.lag.creep));
   if (tally.not_increasing > 0)
-    note("{} on a branch that is not increasing: its inverse is not valid there\n",
+    note("{} on a branch that does not increase, where the inverse of the model is not valid\n",
          counted(tally.not_increasing, "row"));
   if (memory.merged() > 0)
-    note("{} with a full memory of {} turning points: the innermost loops are lost\n",
+    note("in {} the memory of {} turning points was full, so the innermost loops were lost\n",
          counted(memory.merged(), "step"), config::ActuatorMemory::capacity);
 }
 
@@ -180,7 +180,7 @@ void add_simulate(CLI::App& cli, int& status) {
       ->excludes(dynamics);
   command
       ->add_flag("--negative-drive", options->negative_drive,
-                 "choose the negative of the two inputs of an even model")
+                 "choose the negative input (an even model has two inputs, v and -v, for each output)")
       ->needs(inverse);
   command
       ->add_flag("--beyond-limit", options->beyond_limit,

@@ -171,8 +171,9 @@ void add_tune(CLI::App& cli, int& status) {
       ->capture_default_str();
   command->add_option("--write", options->written,
                       "new configuration (TOML) in the folder of CONFIG: a copy with the proposal");
-  command->add_option("--response", options->table,
-                      "output file (CSV) of the frequency response: measured, model, loops");
+  command->add_option(
+      "--response", options->table,
+      "output file (CSV) with frequency responses: measurement, model, present loop, proposed loop");
   command->add_option("--plot", options->picture,
                       "picture of the frequency response, drawn with matplotlib (.svg, .png)");
   CLI::Option* record = command->add_option(
@@ -190,22 +191,24 @@ void add_tune(CLI::App& cli, int& status) {
   add_checked(*command, "--cycles", options->cycles, whole_number(1, Excitation::most_turns),
               "number of steps up and down")
       ->capture_default_str();
-  CLI::Option* cautious =
-      command->add_flag("--cautious", options->cautious,
-                        "use only the rule that stays stable with any delay (no phase beyond -180 degrees)");
+  CLI::Option* cautious = command->add_flag(
+      "--cautious", options->cautious,
+      "use only the cautious rule: its loop tolerates a longer delay than the identified one");
   add_checked(*command, "--peak-sensitivity", options->sensitivity.peak_sensitivity,
-              number_between(1.05, 10.0), "maximum |1 / (1 + L)| of the proposed loop")
+              number_between(1.05, 10.0),
+              "maximum sensitivity |1 / (1 + L)| (L: transfer function of the open loop)")
       ->excludes(cautious)
       ->capture_default_str();
   add_checked(*command, "--resonance-percent", options->sensitivity.resonance_percent,
-              number_between(0.0, 50.0), "assumed deviation of the resonance outside its interval, percent")
+              number_between(0.0, 50.0),
+              "percent by which the identified interval of the resonance is widened on both sides")
       ->capture_default_str();
   add_checked(*command, "--phase-margin", options->phase_margin_deg, number_between(0.1, 89.9),
               "with --cautious: phase margin, degrees")
       ->needs(cautious)
       ->capture_default_str();
   add_checked(*command, "--gain-margin", options->gain_margin_dB, number_between(0.1, 60.0),
-              "gain margin with --cautious, dB (a factor of 2)")
+              "gain margin, dB (default: a factor of 2)")
       ->needs(cautious);
   command->add_flag("--json", options->json, "print the result as JSON");
   add_open_loop_options(*command, options->run);

@@ -90,27 +90,30 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
   }
   for (const std::string& finding : finding_texts) print("- {}\n", finding);
   const ErrorNorms& judged = rest ? outcome.rest : outcome.all;
-  print("{}: predicted with {:.3g} % RMS, {:.3g} % at most, of its output span {:.5g} {}\n",
-        options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
-        dataset.output_unit);
+  print(
+      "{}: predicted with an error of {:.3g} % RMS, {:.3g} % at most, "
+      "relative to the output span {:.5g} {}\n",
+      options.data.string(), judged.rms * percent, judged.max * percent, outcome.output_span,
+      dataset.output_unit);
   if (options.memory.empty())
     print("initial memory{} estimated from {} of {}{}; offset {:+.4g} {}, delay {:.3g} s\n",
           options.no_offset ? "" : " and offset", outcome.estimated_from, counted(dataset.size(), "sample"),
-          rest ? ", which the errors exclude" : "", outcome.start.offset, dataset.output_unit,
+          rest ? " (excluded from the error)" : "", outcome.start.offset, dataset.output_unit,
           outcome.lag.delay());
   if (outcome.lag.dynamics)
-    print("with the mode of the model file: {:.5g} Hz, damping ratio {:.3g}\n",
+    print("the prediction includes the mode of the model file: {:.5g} Hz, damping ratio {:.3g}\n",
           outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
-  if (outcome.lag.creep) print("with {} of the model file\n", creep_text(*outcome.lag.creep));
+  if (outcome.lag.creep)
+    print("the prediction includes {} of the model file\n", creep_text(*outcome.lag.creep));
   if (rest)
-    print("including these samples: {:.3g} % RMS, {:.3g} % at most\n", outcome.all.rms * percent,
-          outcome.all.max * percent);
+    print("error including the samples of the estimate: {:.3g} % RMS, {:.3g} % at most\n",
+          outcome.all.rms * percent, outcome.all.max * percent);
   if (outcome.by_rate.size() > 1)
     for (const auto& of : outcome.by_rate)
-      print("at about {:.3g} {}/s: {:.3g} % RMS of {}\n", of.speed, dataset.input_unit, of.rms * percent,
-            counted(of.samples, "sample"));
+      print("at about {:.3g} {}/s: error {:.3g} % RMS in {}\n", of.speed, dataset.input_unit,
+            of.rms * percent, counted(of.samples, "sample"));
   if (outcome.outside > 0)
-    note("{} limited to the thresholds of the model\n", counted(outcome.outside, "sample"));
+    note("limited the inputs of {} to the thresholds of the model\n", counted(outcome.outside, "sample"));
 }
 
 int run_validate(const ValidateArguments& options) {
@@ -142,8 +145,9 @@ void add_validate(CLI::App& cli, int& status) {
   command->add_option("--axis", options->input.axis, "axis of the recorded run; default: the only axis");
   CLI::Option* memory =
       command->add_option("--memory", options->memory, "memory of the actuator at the first row (TOML)");
-  add_checked(*command, "--estimate-from", options->estimate_s, positive_number(),
-              "seconds from which initial memory and output offset are estimated; default: all rows")
+  add_checked(
+      *command, "--estimate-from", options->estimate_s, positive_number(),
+      "seconds at the start of DATA from which memory and output offset are estimated; default: all rows")
       ->excludes(memory);
   add_checked(*command, "--delay", options->delay_s, not_negative_number(),
               "delay of the output in seconds; default: from the model file");

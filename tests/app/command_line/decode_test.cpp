@@ -121,8 +121,8 @@ SIG_VALTYPE_ 256 Float16 : 1;
       "message VehicleId of 17 bytes uses the transport protocol of J1939 (PGN 65260), which hystcan "
       "does not decode\n" +
       dbc +
-      "message VehicleId has 17 bytes, a frame at most 8: a message of several frames is not "
-      "assembled\n" +
+      "message VehicleId has 17 bytes, a frame at most 8: hystcan does not join the frames of a "
+      "message\n" +
       dbc +
       "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, or 32 or 64 for "
       "an IEEE 754 number\n";

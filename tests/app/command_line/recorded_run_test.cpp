@@ -126,7 +126,7 @@ TEST_F(RecordedRuns, ImproveAnOldModelEvenIfTheirRangeIsSmall) {
   ASSERT_EQ(found["records"].size(), 1U);
   EXPECT_TRUE(found["findings"].back().get<std::string>().ends_with(
       "everything beyond the inputs and everything that the datasets do not determine is copied from " + old +
-      ", which has no creep"))
+      " (a model without creep)"))
       << found["findings"];
 }
 
