@@ -278,8 +278,9 @@ void add_demo(CLI::App& cli, int& status) {
   command->add_flag("--all", options->all, "compare all five control structures");
   command->add_flag("--json", options->json, "print the table as JSON");
   command
-      ->add_option("--page", options->page,
-                   "run in real time without end instead, and serve the operator's page at this address")
+      ->add_option(
+          "--page", options->page,
+          "compare nothing, run in real time until Ctrl-C, and serve the operator's page at this address")
       ->expected(0, 1)
       ->default_str("127.0.0.1:8080");
   command->callback([options, &status] { status = run_demo(*options); });

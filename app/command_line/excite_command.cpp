@@ -142,8 +142,8 @@ bool chooses_size(const ExciteArguments& options) {
   return options.signal == "hysteresis" ? !options.low && !options.high : !options.amplitude;
 }
 
-/// Returns the excitation of the options. If they give no size, trials determine it: on the stage for loops,
-/// on the twin for step and chirp.
+/// Returns the excitation that the options describe. If the options give no size, trials determine the size:
+/// on the stage for loops, on the twin for step and chirp.
 Excitation::Config chosen_excitation(const ExciteArguments& options, const config::Config& config,
                                      const twin::Config& twin) {
   const Excitation::Config stated = excitation(options, config);
@@ -183,9 +183,9 @@ double lead_s(const Excitation::Config& excitation) {
   return loops != nullptr ? loop_s(*loops) : 0.0;
 }
 
-/// Runs the excitation to its end and keeps the record. If `may_shrink` is true and the position exceeded a
-/// limit that a smaller excitation may respect, discards the record and returns true. Throws RunError if the
-/// run ended for another reason.
+/// Runs the excitation to its end and keeps the record. If `may_shrink` is true and the run ended with a
+/// fault that a smaller excitation may avoid, such as a position limit, discards the record and returns true.
+/// Throws RunError if the run ended early for another reason.
 bool recorded(OutputFile& file, const ExciteArguments& options, const config::Config& chosen,
               const twin::Config& twin, const Excitation::Config& excitation, bool may_shrink) {
   const bool leads = chooses_size(options);
@@ -254,8 +254,7 @@ void add_excite(CLI::App& cli, int& status) {
       cli.add_subcommand("excite", "Drive one axis in open loop and write a dataset for identification");
   command->add_option("CONFIG", options->run.config, "configuration (TOML), with or without a model")
       ->required();
-  command->add_option("--output", options->output, "CSV to write: time_s,input,output, 17 digits")
-      ->required();
+  command->add_option("--output", options->output, "output file (CSV) with time_s,input,output")->required();
   command->add_flag("--overwrite", options->overwrite, "replace an existing file");
   add_checked(*command, "--signal", options->signal, one_of({"hysteresis", "step", "chirp"}),
               "`hysteresis`: slow loops; `step`, `chirp`: small fast signals for the dynamics")
@@ -264,7 +263,7 @@ void add_excite(CLI::App& cli, int& status) {
   add_checked(*command, "--high", options->high, finite_number(),
               "highest drive; default: drive_max. Step and chirp are centred between --low and --high");
   CLI::Option* slew = add_checked(*command, "--slew", options->slew_per_s, positive_number(),
-                                  "hysteresis: speed in drive units per second");
+                                  "hysteresis: speed of the drive, in drive units per second");
   add_checked(
       *command, "--period", options->period_s, positive_number(),
       "seconds per major loop (default: 100 / resonance, at least 2) or per step up and down (default: 0.4)")

@@ -67,7 +67,9 @@ void add_export(CLI::App& cli, int& status) {
   auto options = std::make_shared<ExportArguments>();
   CLI::App* command =
       cli.add_subcommand("export", "Write a recorded run or a part of it to one CSV or HDF5 file");
-  command->add_option("RUN", options->run, "folder of a run, one of its CSVs, or another CSV of cycles")
+  command
+      ->add_option("RUN", options->run,
+                   "folder of a run, a CSV file in this folder, or any CSV file with one row per cycle")
       ->required();
   command->add_option("--output", options->output,
                       "output file: HDF5 if its name ends in .h5, else CSV; default: CSV to standard output");

@@ -238,10 +238,12 @@ void add_identify(CLI::App& cli, int& status) {
               "maximum delay in the search, in seconds")
       ->excludes(delay);
   command->add_flag("--common-zero", options->identify_options.common_zero,
-                    "all datasets have the same output zero; default: each dataset has its own zero");
-  command->add_flag("--common-gain", options->identify_options.common_gain,
-                    "all datasets have the same output gain; default: each dataset can have its own gain");
-  command->add_flag("--drift", options->identify_options.drift, "the zero of each dataset drifts linearly");
+                    "assume the same output zero for all datasets; default: each dataset has its own zero");
+  command->add_flag(
+      "--common-gain", options->identify_options.common_gain,
+      "assume the same output gain for all datasets; default: each dataset can have its own gain");
+  command->add_flag("--drift", options->identify_options.drift,
+                    "assume that the zero of each dataset drifts linearly in time");
   command
       ->add_flag("--dynamics", options->dynamics,
                  "also identify a mechanical mode and a delay, from fast, evenly sampled datasets")
@@ -251,8 +253,9 @@ void add_identify(CLI::App& cli, int& status) {
       "even: inputs v and -v give the same output; butterfly: each branch is lowest beside 0 (coercivity)");
   add_checked(*command, "--thresholds", options->thresholds, one_of({"auto", "observed"}),
               "`observed`: the lowest and the highest measured input; `auto`: possibly beyond these inputs");
-  command->add_option("--initial-memory", options->initial_memory,
-                      "file for the memory at the start of the (first) dataset, for simulate --memory");
+  command->add_option(
+      "--initial-memory", options->initial_memory,
+      "file for the memory at the start of the first dataset, which simulate --memory can read");
   command->add_option("--report", options->report,
                       "folder for report.html: loops, residuals, curves, comparison with other models");
   add_dataset_options(*command, options->input);

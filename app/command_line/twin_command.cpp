@@ -65,7 +65,8 @@ void open(std::optional<ControlSocket>& control, std::optional<SampleStream>& st
         options.socket.empty() ? default_twin_socket(interface) : std::filesystem::path(options.socket);
     control.emplace(loop.context(), file, handler);
     stream.emplace(loop.context(), stream_beside(file), greeting, samples);
-    spdlog::info("control socket {}: hystcan ctl --socket {} status", file.string(), file.string());
+    spdlog::info("control socket {}; to show the status: hystcan ctl --socket {} status", file.string(),
+                 file.string());
   } catch (const RunError& error) {
     if (!options.socket.empty()) throw;
     spdlog::warn("the control socket cannot be opened: {}", error.what());

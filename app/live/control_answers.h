@@ -121,7 +121,7 @@ struct TimingAnswer {
 };
 template <class V>
 void visit(V& v, TimingAnswer& a) {
-  v.member("period_us", a.period_us, {"us", "time from the previous SYNC to this one"});
+  v.member("period_us", a.period_us, {"us", "time from the previous SYNC to the SYNC of this cycle"});
   v.member("lateness_us", a.lateness_us, {"us", "delay of the SYNC after its scheduled time"});
   v.member("turnaround_us", a.turnaround_us,
            {"us", "time from the sample to the command; 0 without a sample"});
@@ -233,7 +233,7 @@ void visit(V& v, StatusAnswer& a) {
   v.member("age_s", a.age_s,
            {"s",
             "age of the newest cycle, usually less than 0.02 s; "
-            "if it grows, no cycles run and the other values have the same age"});
+            "if this age grows, no cycles run, and all other values are as old"});
   visit(v, a.counters);
   v.member("timing", a.timing, {"", "times of the newest cycle"});
   v.member("recording", a.recording, {"", "the recording"});

@@ -48,7 +48,8 @@ ControlService::ControlService(const std::filesystem::path& config_file, const c
   if (!socket.empty()) {
     socket_.emplace(context_, socket, handler_);
     open_stream(stream_beside(socket), as_json(stream_greeting(config)).dump(), outlets.samples);
-    spdlog::info("control socket {}: hystcan ctl --socket {} status", socket.string(), socket.string());
+    spdlog::info("control socket {}; to show the status: hystcan ctl --socket {} status", socket.string(),
+                 socket.string());
   }
   if (!watch_.is_watching())
     spdlog::warn("{} cannot be watched for changes; send SIGHUP to the controller after a change",
@@ -67,7 +68,7 @@ void ControlService::open_stream(const std::filesystem::path& file, const std::s
   try {
     stream_.emplace(context_, file, greeting, samples);
   } catch (const RunError& error) {
-    spdlog::warn("{}; the page shows no cycles", error.what());
+    spdlog::warn("{}; the operator's page cannot show the cycles", error.what());
   }
 }
 

@@ -14,8 +14,9 @@ namespace hystcan::app {
 /// that the kernel refuses: setting, reason and remedy. A refusal does not end a run.
 std::vector<std::string> apply(const controller::Realtime& realtime);
 
-/// Returns the priority of `hystcan node`: one above the control thread, so that on a shared processor the
-/// samples do not wait for what the controller does after SYNC. 0: not requested.
+/// Returns the priority of `hystcan node`; 0 if no priority is configured. The priority is one above the
+/// control thread. If both run on one processor, the node therefore samples before the controller continues
+/// after SYNC.
 int node_priority(const controller::Realtime& of_controller);
 
 /// Makes all threads allocate from one heap, so that memory freed by one thread is available to the next.
@@ -23,8 +24,8 @@ int node_priority(const controller::Realtime& of_controller);
 /// does not wait for another thread.
 void share_heap();
 
-/// Apply single settings. Each returns the refusal; nullopt if the setting is granted. lock_memory() refuses
-/// if locked memory is limited: an allocation above that limit would fail during a run.
+/// Each of these functions applies one setting and returns the refusal; nullopt if the setting is granted.
+/// lock_memory() refuses if locked memory is limited: an allocation above that limit would fail during a run.
 std::optional<RunError> take_priority(int priority);
 std::optional<RunError> keep_to_cpus(const std::vector<std::int64_t>& cpus);
 std::optional<RunError> lock_memory();

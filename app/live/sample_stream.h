@@ -49,8 +49,8 @@ class SampleBoard {
       values_.insert(values_.end(), row.begin(), row.end());
   }
 
-  /// Moves the stored rows to `empty`, whose memory the board uses for new rows. Returns the number of rows
-  /// that were dropped since the last call.
+  /// Exchanges the stored rows with `empty`: the caller gets the rows, and the board uses the memory of
+  /// `empty` for new rows. Returns the number of rows that were dropped since the last call.
   std::uint32_t take(std::vector<double>& empty) {
     empty.clear();
     empty.reserve(columns_ * most_rows_);
@@ -91,7 +91,7 @@ class SampleStream {
   std::vector<std::weak_ptr<Session>> sessions_;
   bool armed_ = false;
   /// Expires when this object is destroyed. Boost.Asio may still call a handler that was due at that time,
-  /// without an error; the handler checks this pointer and does nothing.
+  /// and reports no error to it. Each handler therefore does nothing if this pointer has expired.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
   LocalListener listener_;
 };

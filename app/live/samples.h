@@ -47,7 +47,7 @@ struct StreamColumn {
 template <class V>
 void visit(V& v, StreamColumn& c) {
   v.member("name", c.name, {"", "name"});
-  v.member("unit", c.unit, {"", "unit; `drive`: the drive unit of the axis"});
+  v.member("unit", c.unit, {"", "unit of the column; `drive` means the drive unit of the axis"});
 }
 
 struct StreamAxis {

@@ -23,7 +23,7 @@
 
 namespace hystcan::app {
 
-/// The folders in which users' folders and sockets are searched. Tests replace them.
+/// The folders in which the program looks for the folders of users and for sockets. Tests use other folders.
 struct SocketPlaces {
   std::filesystem::path runtime = "/run/user";
   std::filesystem::path temporary = "/tmp";
@@ -75,7 +75,7 @@ class LocalListener {
   std::function<void(Socket)> admit_;
   std::function<bool()> is_ready_;
   /// Expires when this object is destroyed. Boost.Asio may still call a handler that was due at that time,
-  /// without an error; the handler checks this pointer and does nothing.
+  /// and reports no error to it. Each handler therefore does nothing if this pointer has expired.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
 };
 

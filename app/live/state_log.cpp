@@ -176,8 +176,8 @@ void StateLog::add_state(Axis& axis, const controller::CycleRecord& record) {
   if (is_first) add_missing_axes();
 }
 
-/// Logs a warning for each axis that is not ready when the first axis begins to track. An axis in the state
-/// `ready` is not missing: its record of this cycle is processed later.
+/// Logs a warning for each axis that is not ready when the first axis begins to track. An axis whose state is
+/// `ready` here gets no warning: it may begin in the same cycle, because its record is processed later.
 void StateLog::add_missing_axes() {
   for (const Axis& axis : axes_)
     if (is_on_its_way(axis.state))
