@@ -30,8 +30,8 @@ class EventLog {
   static constexpr std::size_t most_kinds = 100;
 
   explicit EventLog(can::BusHealthLog::Sink sink) : sink_(std::move(sink)) {}
-  /// Counts the event in `record`, if it has one, and then calls log_pending(). `axes`: names of the axes that
-  /// the event concerns.
+  /// Counts the event in `record`, if it has one, and then calls log_pending(). `axes`: names of the axes
+  /// that the event concerns.
   void add(const std::string& axes, const controller::CycleRecord& record);
   /// Logs one line for each kind with events that are counted but not logged. Skips a kind that was logged
   /// less than one second before `time_s`. Call this function for a record that is not passed to add().
