@@ -32,7 +32,7 @@ enum class Refusal : std::uint8_t { none, listen_only, other_bit_rate, no_fd };
 
 constexpr std::string_view to_string(Refusal refusal) {
   return std::to_array<std::string_view>(
-      {"none", "the interface is listen-only now", "the interface has another bit rate now",
+      {"none", "the interface is listen-only now", "the bit rate of the interface has changed",
        "the interface does not accept CAN FD frames now"})[static_cast<std::size_t>(refusal)];
 }
 

@@ -20,7 +20,7 @@ constexpr std::array<BusTrouble, 12> troubles{{
     {"arbitration_lost", "arbitration lost", &BusCounters::arbitration_lost},
     {"protocol_errors", "protocol errors: check wiring, termination and bit rates",
      &BusCounters::protocol_errors},
-    {"controller_overflows", "overflows of the adapter", &BusCounters::controller_overflows},
+    {"controller_overflows", "queue overflows in the adapter", &BusCounters::controller_overflows},
     {"transceiver_errors", "transceiver errors: check the wiring", &BusCounters::transceiver_errors},
     {"restarts", "restarts after bus-off", &BusCounters::restarts},
     {"warnings", "changes to error-warning", &BusCounters::warnings},
@@ -117,13 +117,13 @@ void BusHealthLog::write(const BusReport& report) {
                       *times > 1 ? fmt::format(" ({} times since the last line)", *times) : "",
                       words_of(report.error_counters)));
   if (report.refusal != last_.refusal && report.refusal != Refusal::none)
-    sink_(Level::error, fmt::format("{}: up again at {:.3f} s, but not used: {}", interface_, report.time_s,
-                                    to_string(report.refusal)));
+    sink_(Level::error, fmt::format("{}: the interface is up again at {:.3f} s, but is not used, because {}",
+                                    interface_, report.time_s, to_string(report.refusal)));
   for (std::size_t i = 0; i < trouble_limits_.size(); ++i) {
     const std::uint64_t more = report.counters.*troubles[i].count - last_.counters.*troubles[i].count;
     if (const auto events = trouble_limits_[i].add(more, report.time_s))
       sink_(Level::warning,
-            fmt::format("{}: {} {} by {:.3f} s", interface_, *events, troubles[i].words, report.time_s));
+            fmt::format("{}: {} {} (until {:.3f} s)", interface_, *events, troubles[i].words, report.time_s));
   }
   last_ = report;
 }

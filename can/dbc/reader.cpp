@@ -148,7 +148,7 @@ bool Reader::stray() {
   if (cursor_.next() != '/') return false;
   const std::string_view line = cursor_.take_line();
   if (!line.starts_with("//")) throw ParseError{here.data(), "'/'", "a section of a DBC"};
-  note(here, "a comment after '//' is not part of the format: skipped");
+  note(here, "a comment after '//' is not part of the format: the comment is skipped");
   return true;
 }
 
@@ -173,8 +173,8 @@ void Reader::note(std::string_view at, std::string what) {
 void Reader::count_copies(std::string_view at, std::size_t bytes) {
   copied_ += bytes;
   if (copied_ <= largest_copies) return;
-  throw ParseError{at.data(), "a section that applies to too many objects",
-                   "at most " + std::to_string(largest_copies) + " bytes of copies in the file"};
+  throw ParseError{at.data(), "too many objects that each store a copy of this section",
+                   "at most " + std::to_string(largest_copies) + " bytes for all copies in the file"};
 }
 
 void Reader::need_room(std::size_t count, std::size_t most, std::string_view at, const char* of) {
@@ -249,7 +249,7 @@ void Reader::message() {
   }
   if (message.extended && (id & extended_flag) == 0)
     note(id_token, "identifier " + std::string(id_token) + " of message " + message.name +
-                       " has more than 11 bits, but not bit 31: read as extended");
+                       " has more than 11 bits, but bit 31 is not set: it is read as extended");
   message.length = static_cast<std::uint16_t>(
       natural(length, 0, max_message_bytes, "a length of message " + message.name + " in bytes"));
   message.fd = message.length > max_classical_bytes && message.length <= max_fd_bytes;
@@ -260,7 +260,7 @@ void Reader::message() {
   if (!database_.message_by_id.insert_or_assign(Database::key_of(message.id, message.extended), index)
            .second) {
     note(id_token, "identifier " + std::string(id_token) +
-                       " occurs a second time: the last message decodes its frames");
+                       " occurs a second time: its frames are decoded as the last message");
   }
   by_id_.emplace(id, index);
   texts_.push_back({name, {}, {}, {}, {}});
@@ -294,12 +294,12 @@ Multiplexing Reader::simple_multiplexing(std::string_view word, const std::strin
   Multiplexing result;
   const bool small = word == "m" || (word.ends_with('m') && word.size() > 2);
   result.is_switch = small || word.ends_with('M');
-  if (small) note_of_signal(word, "the switch" + of + " is marked with m: read as M");
+  if (small) note_of_signal(word, "the mark" + of + " ends in m: it is read as M, a multiplexer switch");
   const std::string_view mark = word.substr(0, word.size() - (result.is_switch ? 1 : 0));
   if (mark.empty()) return result;
   const auto value = mark.starts_with('m') ? to_natural(mark.substr(1)) : std::nullopt;
   if (!value || *value > 0xFFFF'FFFF)
-    throw ParseError{word.data(), cited(word), "M, m and a number, or ':' after the name" + of};
+    throw ParseError{word.data(), cited(word), "M, or m with a number, or ':' after the name" + of};
   result.present_at = static_cast<std::uint32_t>(*value);
   return result;
 }
@@ -310,8 +310,8 @@ void Reader::read_coding(Signal& signal, const std::string& of) {
   const std::string_view length = cursor_.need_number("the length" + of + " in bits");
   signal.length = static_cast<std::uint16_t>(natural(length, 0, max_length, "a length" + of));
   if (signal.length < 1 || signal.length > max_signal_bits)
-    note_of_signal(length,
-                   "a length of " + std::to_string(signal.length) + " bits" + of + ": it is not decoded");
+    note_of_signal(length, "a length of " + std::to_string(signal.length) + " bits" + of +
+                               ": the signal is not decoded");
   cursor_.need('@', "'@' before the byte order" + of);
   const char order = one_of("01", "0 (big-endian) or 1 (little-endian) as the byte order" + of);
   signal.byte_order = order == '1' ? ByteOrder::little_endian : ByteOrder::big_endian;
@@ -319,7 +319,7 @@ void Reader::read_coding(Signal& signal, const std::string& of) {
   cursor_.need('(', "'(' before the scale" + of);
   const std::string_view scale = cursor_.need_number("the scale" + of + ", a number");
   signal.scale = finite(scale, "a scale" + of);
-  if (signal.scale == 0.0) note_of_signal(scale, "a scale of 0" + of + ": it can't be encoded");
+  if (signal.scale == 0.0) note_of_signal(scale, "a scale of 0" + of + ": the signal can't be encoded");
   cursor_.need(',', "',' between scale and offset" + of);
   signal.offset = finite(cursor_.need_number("the offset" + of + ", a number"), "an offset" + of);
   cursor_.need(')', "')' after the offset" + of);
@@ -339,7 +339,7 @@ void Reader::read_range(Signal& signal, const std::string& of) {
     return;
   }
   note_of_signal(low, "minimum " + std::string(low) + " and maximum " + std::string(high) + of +
-                          " are not a range: the range is ignored");
+                          " are not a valid range: the range is ignored");
 }
 
 char Reader::one_of(std::string_view marks, const std::string& words) {

@@ -141,7 +141,7 @@ void Reader::value_type() {
       if (!fits || each.length != 32 * type)
         note(token, "signal " + each.name + " of " + std::to_string(each.length) +
                         " bits can't have value type " + std::to_string(type) +
-                        (fits ? ": its length decides" : ": it is not decoded"));
+                        (fits ? ": the type that fits the length is used" : ": the signal is not decoded"));
       each.value_type = !fits               ? ValueType::unreadable
                         : each.length == 32 ? ValueType::float32
                                             : ValueType::float64;
@@ -165,7 +165,8 @@ void Reader::multiplexing() {
     if (range.low <= range.high)
       ranges.push_back(range);
     else
-      note(low, "there is no value from " + std::string(low) + " to " + std::string(high));
+      note(low, "the range from " + std::string(low) + " to " + std::string(high) +
+                    " has no value: the range is ignored");
   } while (cursor_.take(',') || cursor_.next_is_digit());
   need_semicolon();
   details_.emplace_back(
@@ -258,7 +259,7 @@ void Reader::attribute() {
 
 void Reader::set_long_name(const Subject& subject, std::string_view name) {
   if (name.size() > longest_name || !Cursor::is_word(name))
-    return note(name, cited(name) + " is not a valid name: the name in the file is kept");
+    return note(name, cited(name) + " is not a valid long name: the short name is kept");
   const std::string long_name = to_utf8(name);
   for_objects(subject, long_name.size(), [&](auto& object) {
     if constexpr (requires { object.short_name; }) {

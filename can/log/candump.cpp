@@ -124,7 +124,7 @@ class Line {
     } else if (digits.size() != 8) {
       refuse(from, "an identifier of three or eight hexadecimal digits");
     } else if (frame.id > (CAN_ERR_FLAG | CAN_ERR_MASK)) {
-      refuse(from, "an identifier of 29 bits, or 20000000 and the classes of an error frame");
+      refuse(from, "an identifier of 29 bits, or an error frame (20000000 to 3FFFFFFF)");
     } else if ((frame.id & CAN_ERR_FLAG) != 0) {
       frame.kind = FrameKind::error;
       frame.id &= CAN_ERR_MASK;
@@ -163,7 +163,7 @@ class Line {
 
   void raw_dlc(const Frame& frame) {
     if (peek() != '_') return;
-    if (frame.length != classical_bytes) refuse(at_, "a DLC above 8 only after 8 bytes");
+    if (frame.length != classical_bytes) refuse(at_, "8 bytes of data before the DLC");
     ++at_;
     if (hex_value(peek()) < 9) refuse(at_, "a DLC from 9 to F");
     ++at_;
@@ -182,7 +182,7 @@ class Line {
 
   Direction direction() {
     if (at_ == text_.size()) return Direction::unstated;
-    blanks("hexadecimal digits, or a blank and R or T");
+    blanks("hexadecimal digits, or the direction R or T after a blank");
     if (take('R')) return Direction::received;
     if (take('T')) return Direction::transmitted;
     return Direction::unstated;
@@ -233,7 +233,7 @@ std::string refusal_of_file(std::string_view text) {
   if (const std::string_view other = refusal_of_encoding(text); !other.empty()) return std::string(other);
   for (const OtherLog& log : other_logs)
     if (text.starts_with(log.begin))
-      return fmt::format("found a log of {}, expected one of candump -L: {} converts it", log.kind,
+      return fmt::format("found a log of {}, expected a log of candump -L: {} converts it", log.kind,
                          log.converter);
   return {};
 }

@@ -68,8 +68,8 @@ std::string stroke_warning(const AnalogueConfig& config, const PositionRange& po
   const Span sensor = measured(config, input);
   if (contains(sensor, positions.stroke)) return {};
   return fmt::format(
-      "the input range {} V measures {} um, but the stroke is {} um; a start-up that wipes will end with the "
-      "fault `sensor status`",
+      "the input range {} V measures {} um, but the stroke is {} um; a start-up with a wipe (drive up to "
+      "drive_max and down) will end with the fault `sensor status`",
       text_of(input), text_of(sensor), text_of(positions.stroke));
 }
 

@@ -97,7 +97,7 @@ TEST_F(BusLogging, WritesEveryStateWithTheErrorCounters) {
   bus.now = BusState::active;
   bus.totals.restarts = 1;
   EXPECT_EQ(written_at(0.7),
-            (Lines{"can0: bus active at 0.700 s", "can0: 1 restarts after bus-off by 0.700 s"}));
+            (Lines{"can0: bus active at 0.700 s", "can0: 1 restarts after bus-off (until 0.700 s)"}));
   EXPECT_EQ(levels, (std::vector{BusHealthLog::Level::warning, BusHealthLog::Level::error,
                                  BusHealthLog::Level::info, BusHealthLog::Level::warning}));
 }
@@ -106,8 +106,8 @@ TEST_F(BusLogging, LogsWhyAnInterfaceThatIsUpAgainIsUnused) {
   bus.now = BusState::down;
   EXPECT_EQ(written_at(0.5), Lines{"can0: bus down at 0.500 s"});
   bus.refused = Refusal::listen_only;
-  EXPECT_EQ(written_at(0.6),
-            Lines{"can0: up again at 0.600 s, but not used: the interface is listen-only now"});
+  EXPECT_EQ(written_at(0.6), Lines{"can0: the interface is up again at 0.600 s, but is not used, "
+                                   "because the interface is listen-only now"});
   EXPECT_EQ(written_at(0.7), Lines{});
 }
 

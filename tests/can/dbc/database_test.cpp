@@ -172,7 +172,7 @@ TEST(DbcError, RefusesNumbersOutsideTheirRange) {
   EXPECT_EQ(refusal(message(" SG_ S : 0|8@1+ (1e999,0) [0|0] \"\" A")),
             "lab.dbc:2:18: found '1e999', expected a scale of signal S that a double can hold");
   EXPECT_EQ(refusal(message(" SG_ S mM3 : 0|8@1+ (1,0) [0|0] \"\" A")),
-            "lab.dbc:2:8: found 'mM3', expected M, m and a number, or ':' after the name of signal S");
+            "lab.dbc:2:8: found 'mM3', expected M, or m with a number, or ':' after the name of signal S");
   EXPECT_EQ(refusal("BO_ 1 A: 65536 X\n"),
             "lab.dbc:1:10: found '65536', expected a length of message A in bytes from 0 to 65535");
   EXPECT_EQ(

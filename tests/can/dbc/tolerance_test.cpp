@@ -45,9 +45,9 @@ TEST(DbcTolerance, ReadsAnInvalidRangeAsNoRange) {
     EXPECT_EQ(signal.maximum, 0.0) << range;
     ASSERT_EQ(warnings.size(), 1U) << range;
   }
-  EXPECT_EQ(
-      warnings[0],
-      "lab.dbc:2:24: minimum -nan(ind) and maximum 0 of signal S are not a range: the range is ignored");
+  EXPECT_EQ(warnings[0],
+            "lab.dbc:2:24: minimum -nan(ind) and maximum 0 of signal S are not a valid range: the "
+            "range is ignored");
   const Signal open = signal_of("0|8@1+ (1,0) [-INF|1.#INF]", &warnings);
   EXPECT_EQ(open.minimum, -std::numeric_limits<double>::infinity());
   EXPECT_EQ(open.maximum, std::numeric_limits<double>::infinity());
@@ -57,11 +57,11 @@ TEST(DbcTolerance, ReadsAnInvalidRangeAsNoRange) {
 TEST(DbcTolerance, KeepsSignalsThatCannotBeCodedAndWarns) {
   Warnings warnings;
   EXPECT_EQ(signal_of("0|0@1+ (1,0) [0|0]", &warnings).length, 0);
-  EXPECT_EQ(warnings, Warnings{"lab.dbc:2:12: a length of 0 bits of signal S: it is not decoded"});
+  EXPECT_EQ(warnings, Warnings{"lab.dbc:2:12: a length of 0 bits of signal S: the signal is not decoded"});
   EXPECT_EQ(signal_of("0|65@1+ (1,0) [0|0]", &warnings).length, 65);
   EXPECT_EQ(warnings.size(), 2U) << "the signal is also outside its message";
   EXPECT_EQ(signal_of("0|8@1+ (0,0) [0|0]", &warnings).scale, 0.0);
-  EXPECT_EQ(warnings, Warnings{"lab.dbc:2:18: a scale of 0 of signal S: it can't be encoded"});
+  EXPECT_EQ(warnings, Warnings{"lab.dbc:2:18: a scale of 0 of signal S: the signal can't be encoded"});
 }
 
 TEST(DbcTolerance, KeepsSignalsOutsideTheirMessageAndWarns) {
@@ -92,8 +92,9 @@ TEST(DbcTolerance, KeepsDuplicateIdentifiersNamesAndSignals) {
   EXPECT_EQ(ids.messages[0].signals[0].values.at(1), "both");
   EXPECT_EQ(ids.messages[1].signals[0].values.at(1), "both");
   EXPECT_TRUE(ids.messages[2].signals[0].values.empty()) << "standard and extended 1 differ";
-  EXPECT_EQ(ids.warnings,
-            Warnings{"lab.dbc:3:5: identifier 1 occurs a second time: the last message decodes its frames"});
+  EXPECT_EQ(
+      ids.warnings,
+      Warnings{"lab.dbc:3:5: identifier 1 occurs a second time: its frames are decoded as the last message"});
   const Database names = read("BO_ 1 A: 1 X\nBO_ 2 A: 1 X\n");
   EXPECT_EQ(names.find("A")->id, 1U);
   EXPECT_EQ(names.warnings,
@@ -113,8 +114,9 @@ TEST(DbcTolerance, ReadsALongIdentifierWithoutBit31AsExtended) {
   EXPECT_EQ(database.messages[0].id, 2048U);
   EXPECT_EQ(
       database.warnings,
-      Warnings{"lab.dbc:1:5: identifier 2048 of message A has more than 11 bits, but not bit 31: read as "
-               "extended"});
+      Warnings{
+          "lab.dbc:1:5: identifier 2048 of message A has more than 11 bits, but bit 31 is not set: it is "
+          "read as extended"});
 }
 
 TEST(DbcTolerance, ReadsMessagesOfTransportProtocolsAndEmptyMessages) {
@@ -146,7 +148,7 @@ TEST(DbcTolerance, SkipsUnknownSections) {
   EXPECT_EQ(database.messages.size(), 2U);
   EXPECT_EQ(database.warnings,
             (Warnings{"lab.dbc:6:1: section FOO_ is unknown: skipped",
-                      "lab.dbc:12:1: a comment after '//' is not part of the format: skipped",
+                      "lab.dbc:12:1: a comment after '//' is not part of the format: the comment is skipped",
                       "lab.dbc:13:1: an extra ';': skipped"}));
 }
 
@@ -197,8 +199,9 @@ TEST(DbcTolerance, ReadsASwitchMarkedWithALowerCaseM) {
   EXPECT_TRUE(signals[1].multiplexing.is_switch);
   EXPECT_EQ(signals[1].multiplexing.present_at, 3U);
   EXPECT_EQ(signals[2].multiplexing.switched_by, 0U);
-  EXPECT_EQ(database.warnings, (Warnings{"lab.dbc:2:8: the switch of signal A is marked with m: read as M",
-                                         "lab.dbc:3:8: the switch of signal B is marked with m: read as M"}));
+  EXPECT_EQ(database.warnings,
+            (Warnings{"lab.dbc:2:8: the mark of signal A ends in m: it is read as M, a multiplexer switch",
+                      "lab.dbc:3:8: the mark of signal B ends in m: it is read as M, a multiplexer switch"}));
 }
 
 TEST(DbcTolerance, WarnsOfSectionsForAbsentMessagesSignalsAndNodes) {
@@ -230,9 +233,11 @@ TEST(DbcTolerance, DecidesTheTypeOfAnIeeeSignalByItsLength) {
   EXPECT_EQ(database.messages[0].signals[1].value_type, ValueType::unreadable);
   EXPECT_FALSE(is_decodable(database.messages[0].signals[1]))
       << "read as an integer it would give a wrong number";
-  EXPECT_EQ(database.warnings,
-            (Warnings{"lab.dbc:4:22: signal A of 64 bits can't have value type 1: its length decides",
-                      "lab.dbc:5:20: signal B of 16 bits can't have value type 1: it is not decoded"}));
+  EXPECT_EQ(
+      database.warnings,
+      (Warnings{
+          "lab.dbc:4:22: signal A of 64 bits can't have value type 1: the type that fits the length is used",
+          "lab.dbc:5:20: signal B of 16 bits can't have value type 1: the signal is not decoded"}));
 }
 
 TEST(DbcTolerance, ConvertsTextsToUtf8) {

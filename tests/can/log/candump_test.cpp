@@ -96,7 +96,7 @@ TEST(Candump, RefusesZerosWithoutAnEnd) {
 
 TEST(Candump, NamesTheConverterOfAnotherLog) {
   EXPECT_EQ(refusal_of("date Mon Nov 23 09:00:00.000 am 2026\nbase hex  timestamps absolute\n"),
-            "log:1:1: found a log of Vector (ASC), expected one of candump -L: `asc2log -I FILE -O LOG` "
+            "log:1:1: found a log of Vector (ASC), expected a log of candump -L: `asc2log -I FILE -O LOG` "
             "converts it");
   EXPECT_NE(refusal_of(";$FILEVERSION=1.1\n").find("can_logconvert"), std::string::npos);
   EXPECT_NE(refusal_of(std::string("LOGG\x90\0\0\0", 8)).find("can_logconvert"), std::string::npos);
@@ -150,7 +150,7 @@ TEST(Candump, RefusesALineWithThePlaceAndTheExpectedText) {
       {"(1.000000) can0 123#R9", "log:1:22: found '9', expected the length of a remote frame, 0 to 8"},
       {"(1.000000) can0 123##", "log:1:22: found the end of the line, expected the flags"},
       {"(1.000000) can0 20000004#R", "log:1:26: found 'R', expected the data of an error frame"},
-      {"(1.000000) can0 123#11_9", "log:1:23: found '_', expected a DLC above 8 only after 8 bytes"},
+      {"(1.000000) can0 123#11_9", "log:1:23: found '_', expected 8 bytes of data before the DLC"},
       {"(1.000000) can0 123#11 X", "log:1:24: found 'X', expected the end of the line"},
       {"(1.000000) can0 123#11\x01", "log:1:23: found byte 0x01, expected hexadecimal digits"},
   };
