@@ -81,8 +81,8 @@ struct Header {
   unsigned length;
 
   unsigned bytes() const { return (length + 7) / 8; }
-  /// Returns alternating bits in front of the header bits. They fill the front of the first byte of the
-  /// header; the caller ignores the bits beyond this byte.
+  /// Returns alternating bits above the header bits. They fill the unused high bits of the header's first
+  /// byte. The caller uses only whole bytes of the header, so that it ignores all higher bits.
   std::uint64_t padding() const { return 0x55ULL << length; }
 };
 
@@ -109,7 +109,8 @@ FrameBits classical_bits(const Frame& frame) {
   }
   const std::size_t bytes = frame.kind == FrameKind::remote ? 0 : std::min<std::size_t>(frame.length, 8);
   for (std::size_t i = 0; i < bytes; ++i) add(frame.data[i], frame.data[i]);
-  // The CRC has 15 bits. Bit 16 fills the byte: it differs from the last CRC bit and so causes no stuff bit.
+  // The CRC has 15 bits. A 16th bit fills its second byte. This bit differs from the last CRC bit, so that it
+  // causes no stuff bit.
   const unsigned tail = crc << 1U | (~crc & 1U);
   stuffing.add(static_cast<std::uint8_t>(tail >> 8U));
   stuffing.add(static_cast<std::uint8_t>(tail));
@@ -156,7 +157,8 @@ FrameBits fd_bits(const Frame& frame) {
     last = i < frame.length ? frame.data[i] : std::uint8_t{0};
     stuffing.add(last);
   }
-  // The stuff count begins with a fixed stuff bit. It replaces the stuff bit that the last data bit may need.
+  // The stuff count begins with a fixed stuff bit. If the last data bit needs a stuff bit, the fixed stuff
+  // bit replaces it.
   const unsigned stuffed = stuffing.count() - (stuffing.ends_stuffed(last & 1U) ? 1 : 0);
   // Number of bits in the stuff count, the CRC and the fixed stuff bits.
   const unsigned checked_bits = length <= 16 ? 4 + 17 + 6 : 4 + 21 + 7;

@@ -50,8 +50,8 @@ class Cursor {
   bool next_is_on_this_line();               ///< true if the line has a token after the cursor
   std::string_view take_line();              ///< takes everything up to the end of the line
   void take_any_of(std::string_view marks);  ///< takes all following blanks and characters of `marks`
-  bool take_until_semicolon();  ///< takes everything up to the next ';' that is not in quotes; false if a
-                                ///< section name or the end of the text is before this ';'
+  bool take_until_semicolon();  ///< takes everything up to the next ';' that is not in quotes; returns
+                                ///< false if a section name or the end of the text is before this ';'
 
  private:
   void skip_blanks();

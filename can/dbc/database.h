@@ -27,7 +27,7 @@ struct Multiplexing {
     std::uint64_t high = 0;  ///< the range includes this value
   };
   bool is_switch = false;
-  std::optional<std::uint32_t> present_at;  ///< switch value in the SG_ line of the signal: 3 for `m3`
+  std::optional<std::uint32_t> present_at;  ///< number in the mark of the signal: 3 for `m3`
   std::optional<std::size_t> switched_by;   ///< index of the switch signal among the message's signals
   /// Values of the switch signal at which this signal is present, from SG_MUL_VAL_ or a mark like `m3`. The
   /// ranges ascend and do not overlap.
@@ -85,8 +85,8 @@ struct Database {
   std::vector<Message> messages;
   std::vector<std::string> warnings;  ///< text for each accepted irregularity: `FILE:LINE:COLUMN: TEXT`
   std::size_t further_warnings = 0;   ///< number of warnings that are not stored in `warnings`
-  std::map<std::uint32_t, std::size_t> message_by_id;  ///< index of a message by key_of() its identifier; the
-                                                       ///< last one if several messages have it
+  std::map<std::uint32_t, std::size_t> message_by_id;  ///< index of the message with a key, which is made by
+                                                       ///< key_of(); the last message if several have the key
 
   /// Finds the first message of this name, or the only message of this short name. Null if not found.
   const Message* find(std::string_view message) const;
@@ -101,10 +101,10 @@ inline constexpr std::size_t longest_name = 1024;    ///< maximum bytes of a nam
 inline constexpr std::size_t longest_text = 65'536;  ///< maximum bytes of a comment or an attribute value
 inline constexpr std::size_t most_nodes = 65'536;
 inline constexpr std::size_t most_messages = 65'536;
-inline constexpr std::size_t most_signals = 65'536;  ///< maximum number in one message
-inline constexpr std::size_t most_items = 65'536;    ///< maximum number in one list of receivers, value
-                                                     ///< names, ranges or enumeration items
-inline constexpr std::size_t most_warnings = 1000;  ///< warnings that are stored; the others are only counted
+inline constexpr std::size_t most_signals = 65'536;  ///< maximum number of signals in one message
+inline constexpr std::size_t most_items = 65'536;    ///< maximum number of entries in one list, such as
+                                                     ///< receivers or value names
+inline constexpr std::size_t most_warnings = 1000;   ///< number of stored warnings; the rest is only counted
 }  // namespace dbc
 
 /// Parses the text of a DBC. Throws Error if the text is not a valid DBC or exceeds the size limits in the

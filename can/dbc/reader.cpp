@@ -118,8 +118,8 @@ bool Reader::section() {
   return stray();
 }
 
-/// Reads one section. Skips a malformed comment (CM_) or attribute definition (BA_DEF_) with a warning,
-/// unless its text names an attribute that is stored. Throws ParseError for any other malformed section.
+/// Reads one section. Skips a malformed comment (CM_) or a malformed attribute definition (BA_DEF_) with a
+/// warning, except if it contains the name of a stored attribute. Throws ParseError for all other errors.
 void Reader::read_section(std::string_view keyword, void (Reader::*read_one)()) {
   Cursor start = cursor_;
   try {

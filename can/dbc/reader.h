@@ -64,8 +64,8 @@ class Reader {
     std::string_view name;
     std::vector<std::string_view> signals;
     std::multimap<std::string_view, std::size_t> signal_by_name;
-    std::optional<bool> fd;        ///< true if VFrameFormat states CAN FD; nullopt if it is missing
-    std::optional<bool> switches;  ///< true if CANFD_BRS is not 0; nullopt if it is missing
+    std::optional<bool> fd;        ///< VFrameFormat states CAN FD; nullopt if the attribute is missing
+    std::optional<bool> switches;  ///< CANFD_BRS is not 0; nullopt if the attribute is missing
   };
 
   /// The object that a comment or an attribute applies to.
@@ -156,13 +156,15 @@ class Reader {
   Cursor cursor_;
   Database database_;
   std::vector<Warning> warnings_;
-  std::vector<MessageText> texts_;                 ///< texts of each message in database_.messages
+  std::vector<MessageText> texts_;                 ///< names of each message in database_.messages
   bool in_message_ = false;                        ///< true while signal lines (SG_) may follow
   bool in_left_out_ = false;                       ///< true while signal lines belong to message left_out_
   std::optional<std::uint64_t> left_out_;          ///< identifier of Vector's pseudo-message, which has no
                                                    ///< frame and is not stored
-  std::vector<std::function<void()>> details_;     ///< run after the last line: each applies one section
-  std::vector<std::function<void()>> long_names_;  ///< run after details_: each sets one long name
+  std::vector<std::function<void()>> details_;     ///< functions that run after the last line; each
+                                                   ///< function applies one section
+  std::vector<std::function<void()>> long_names_;  ///< functions that run after details_; each function
+                                                   ///< sets one long name
   std::size_t copied_ = 0;
   // The maps are trees, because a hostile file can choose keys for which each search in a hash table is slow.
   std::map<std::string_view, std::string> nodes_;  ///< long name of each node; empty if it has none
@@ -196,7 +198,7 @@ void Reader::for_signals(std::string_view id, std::string_view name, std::size_t
   });
 }
 
-/// Calls `act` with each message or signal that `subject` means, or with the long name of its node. Does
+/// Calls `act` with each object that `subject` means: a message, a signal, or the long name of a node. Does
 /// nothing for the network and for environment variables, because the database does not store them.
 template <class Do>
 void Reader::for_objects(const Subject& subject, std::size_t bytes, Do&& act) {

@@ -271,8 +271,8 @@ void Reader::set_long_name(const Subject& subject, std::string_view name) {
   });
 }
 
-/// Reads an attribute of a pair (BA_REL_): a node, and a message, a signal or an environment variable. The
-/// value is checked but not stored.
+/// Reads the value of an attribute that belongs to a pair of objects (BA_REL_). The first object is a node.
+/// The second object is a message, a signal or an environment variable. The value is checked but not stored.
 void Reader::relation() {
   const std::string_view name = cursor_.need_quoted(attribute_name, longest_name);
   const std::string_view kind = cursor_.need_word("BU_SG_REL_, BU_BO_REL_ or BU_EV_REL_");

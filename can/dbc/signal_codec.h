@@ -65,9 +65,9 @@ class SignalCodec {
   double offset_ = 0.0;
   double minimum_ = 0.0;
   double maximum_ = 0.0;
-  double accepted_from_ = 0.0;  ///< minimum_ and maximum_, widened for rounding errors
+  double accepted_from_ = 0.0;  ///< lower limit of pack(): minimum_, lowered for rounding errors
   double accepted_to_ = 0.0;
-  double raw_low_ = 0.0;  ///< range of representable raw values
+  double raw_low_ = 0.0;  ///< lowest raw value that the signal can represent
   double raw_high_ = 0.0;
 };
 

@@ -37,14 +37,14 @@ struct MessageTraffic {
 /// counts for that message.
 class Traffic {
  public:
-  using Key = std::pair<bool, std::uint32_t>;  ///< true if the identifier has 29 bits; the identifier
+  using Key = std::pair<bool, std::uint32_t>;  ///< true for a 29-bit identifier; the identifier itself
 
   /// The database must outlive this object. `configured`: the counter and CRC of messages, by message name.
   explicit Traffic(const Database& database, const Protections& configured = {});
 
   void add(const LoggedFrame& logged);
-  /// Ends a period, which has the given length. The members for rate and jitter then have the values of this
-  /// period.
+  /// Ends the present period. `period`: its length. Stores the rates and the jitter of this period in the
+  /// members `rate_Hz` and `jitter_ms`.
   void end_period(std::chrono::duration<double> period);
 
   const std::map<Key, MessageTraffic>& messages() const { return messages_; }

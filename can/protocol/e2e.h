@@ -37,9 +37,9 @@ constexpr auto words(Crc) { return std::to_array<std::string_view>({"SAE-J1850",
 constexpr unsigned bytes_of(Crc crc) { return crc == Crc::crc16 ? 2 : 1; }
 /// Returns the default CRC of a message of this length, in bytes.
 constexpr Crc usual_crc(std::size_t length) { return length > 8 ? Crc::crc16 : Crc::sae_j1850; }
-/// Returns the maximum length of a frame, in bytes without the CRC, at which the CRC detects every two wrong
-/// bits. The bits of a longer frame and its CRC exceed the period of the polynomial (255, 127 or 32767 bits),
-/// so that the CRC does not detect some pairs of wrong bits.
+/// Returns the maximum length of a frame, in bytes without the CRC, at which the CRC detects every pair of
+/// wrong bits. The bits of a longer frame and its CRC exceed the period of the polynomial (255, 127 or 32767
+/// bits), so that the CRC does not detect some pairs of wrong bits.
 constexpr unsigned most_bytes_guarded(Crc crc) {
   return std::array{30U, 14U, 4093U}[static_cast<std::size_t>(crc)];
 }

@@ -1,6 +1,7 @@
 // The CANopen frames between nodes (CiA 301), and the life cycle of a node: boot-up, NMT states, heartbeat.
-// The table lists their identifiers. `node` is a node id: of the sensor in SensorSample, of the amplifier in
-// the other messages of an axis, of the sender in emergency and heartbeat, and of the server in SDO.
+// The table lists their identifiers. `node` is a node id: SensorSample has the id of the sensor, the other
+// messages of an axis have the id of the amplifier. Emergency and heartbeat have the id of their sender, SDO
+// has the id of the server.
 //
 //   NMT                       0x000
 //   SYNC                      0x080
@@ -106,7 +107,7 @@ std::string_view emergency_text(std::uint16_t code);
 
 /// The NMT part of a node: obeys NMT commands and sends heartbeats. At start() and at each NMT reset, the
 /// node sends a boot-up message and becomes pre-operational. The node calls the handler for both states. In
-/// the call for boot_up, the owner must reset the parts of the node that last_reset() means.
+/// the call for boot_up, the owner must reset its own parts of the node; last_reset() returns which parts.
 ///
 /// If nodes have slots (is_in_slot()), the owner must call on_slot() in each slot of this node, and a due
 /// heartbeat waits for this call. If no slot occurred for a whole heartbeat period, because no SYNC arrives,

@@ -50,7 +50,7 @@ enum class SdoService : std::uint8_t { write, written, read, value, segmented, a
 struct SdoMessage {
   SdoService service = SdoService::abort;
   SdoObject object{};
-  SdoValue content{};  ///< value of the object if `service` is `write` or `value`; code if it is `abort`
+  SdoValue content{};  ///< value for the services `write` and `value`; abort code for `abort`
 
   friend bool operator==(const SdoMessage&, const SdoMessage&) = default;
 };
@@ -98,7 +98,7 @@ std::string describe(const SdoFailure& failure);
 /// How long SdoSetup waits for a response, and how often it tries to write an object.
 struct SdoPatience {
   Duration timeout{std::chrono::milliseconds(100)};  ///< timeout of each response
-  unsigned attempts = 3;                             ///< maximum attempts per object, with the first one
+  unsigned attempts = 3;                             ///< maximum attempts per object, including the first
 };
 
 /// Writes the objects of a node in order, reads each object back and compares the values. After any failure,

@@ -64,7 +64,8 @@ class FaultConfinement {
   const ErrorCounters& counters() const { return counters_; }
 
  private:
-  /// New receive error counter of a passive node that has received a frame; the standard allows 119 to 127.
+  /// New value of the receive error counter after an error-passive node received a frame. The standard allows
+  /// 119 to 127.
   static constexpr std::uint16_t receive_after_passive = 119;
   static constexpr std::uint16_t receive_max = 255;  ///< the receive error counter has eight bits
 
@@ -115,7 +116,7 @@ struct Node {
   BusState reported = BusState::active;  ///< the last state that was passed to on_state
   NodeFaults faults;
   Recovery recovery = Recovery::none;
-  unsigned sequences_left = 0;  ///< sequences of 11 recessive bits that are missing until recovery
+  unsigned sequences_left = 0;  ///< sequences of 11 recessive bits that are still needed for the recovery
   Time recessive_since;
   std::unique_ptr<Timer> recovery_timer;
 

@@ -182,7 +182,7 @@ void Wire::arbitrate() {
   timer_->expire_at(now + duration_of({.nominal = nominal - interframe_bits, .data = data}));
 }
 
-/// Waits for the end of the first pause if all nodes with a frame to send are error-passive and pause.
+/// All nodes with a frame to send are error-passive and pause. Waits for the pause that ends first.
 void Wire::await_suspended() {
   std::optional<Time> earliest;
   for (const Node* node : pending_)

@@ -69,8 +69,8 @@ class Receivers {
 
  private:
   std::vector<Node*> unfiltered_;                                   ///< nodes that receive every frame
-  std::unordered_map<std::uint32_t, std::vector<Node*>> filtered_;  ///< nodes that receive an identifier,
-                                                                    ///< if a filter has this identifier
+  std::unordered_map<std::uint32_t, std::vector<Node*>> filtered_;  ///< nodes that receive an identifier;
+                                                                    ///< only identifiers in a filter
 };
 
 class Wire : public std::enable_shared_from_this<Wire> {

@@ -13,8 +13,8 @@ struct VirtualClock::Alarm {
   std::size_t place = idle;  ///< index in the heap; `idle` if the alarm is not set
 };
 
-/// A binary heap of the alarms that are set, the next one first. Each alarm stores its index in the heap, so
-/// that the queue can change its deadline or remove it.
+/// A binary heap of the alarms that are set. The alarm that expires next is the first element. Each alarm
+/// stores its index in the heap, so that the queue can change the deadline of an alarm or remove the alarm.
 class VirtualClock::Queue {
  public:
   Time now() const { return now_; }
@@ -56,8 +56,8 @@ class VirtualClock::Queue {
       now_ = due.deadline;
       ringing_ = due.alarm;
       due.alarm->on_expiry();
-      // If the handler did not set this alarm again, the alarm is still the first one in the heap: no alarm
-      // can be set to a time before now. The queue removes it.
+      // If the handler did not set this alarm again, the alarm has expired and is still the first element of
+      // the heap, because no alarm can be set to a time before now. The queue then removes this alarm.
       if (!heap_.empty() && heap_.front().order == due.order) disarm(*due.alarm);
       ringing_ = nullptr;
       doomed_.reset();
@@ -100,7 +100,7 @@ class VirtualClock::Queue {
   std::size_t alarms_ = 0;
   std::uint64_t next_order_ = 0;
   Alarm* ringing_ = nullptr;
-  std::unique_ptr<Alarm> doomed_;  ///< an alarm whose own handler destroyed its timer, until the handler ends
+  std::unique_ptr<Alarm> doomed_;  ///< alarm whose handler destroyed its timer; kept until the handler ends
 };
 
 VirtualClock::VirtualClock() : queue_(std::make_shared<Queue>()) {}

@@ -18,8 +18,9 @@ using SteadyTimer =
 
 }  // namespace
 
-/// At most one wait of the context is pending. A later deadline takes effect only when the old wait expires,
-/// so that resetting a watchdog a thousand times per second needs no system call.
+/// At most one wait of the context is pending. If a deadline moves to a later time, the pending wait is not
+/// changed: it expires early and is followed by a wait for the new deadline. Therefore no system call is
+/// necessary if a watchdog is reset a thousand times per second.
 class AsioScheduler::Impl : public std::enable_shared_from_this<Impl> {
  public:
   struct Alarm {
@@ -89,7 +90,7 @@ class AsioScheduler::Impl : public std::enable_shared_from_this<Impl> {
     if (in_context_ && waiting_until_ == Time::max()) wait();
   }
 
-  /// Lets a context that has nothing else to do return.
+  /// Ends the wait if no timer is set, so that a context without other work returns.
   void end_needless_wait() {
     if (waiting_until_ != Time::max() && next_deadline() == Time::max()) end_wait();
   }

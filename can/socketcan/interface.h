@@ -61,7 +61,7 @@ void require_able_to_carry_fd(const std::string& name, const Interface& interfac
                               const std::vector<std::string>& messages, const BitRates& rates);
 
 /// Compares the properties of an interface with `before`, its properties at the start of the program. Returns
-/// the change because of which the program must not use the interface any more, or `none`.
+/// a change after which the program must not use the interface any more; `none` if there is no such change.
 Refusal refusal_of(const Interface& now, const Interface& before);
 
 /// Returns one line: `can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames`.

@@ -29,9 +29,10 @@ bool set_option(int socket, int level, int option, const Value& value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-/// Returns filters for both identifier types; the message's checker rejects wrong frames. The kernel finds a
-/// filter of exactly one data identifier by a table. It compares every frame on the bus with each of the
-/// other filters, so one filter passes all remote frames.
+/// Returns filters for both identifier types; the message's checker rejects frames of the wrong type. The
+/// kernel finds a filter for one data identifier in a table, which is fast. But the kernel compares every
+/// frame on the bus with each filter of another kind. Therefore remote frames have only one filter, which
+/// passes all of them.
 std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
   constexpr canid_t kinds = CAN_EFF_FLAG | CAN_RTR_FLAG;
   std::vector<can_filter> result;

@@ -21,8 +21,8 @@
 
 namespace hystcan::can {
 
-/// Opens a non-blocking socket that is bound to the interface. It sets the filters before bind and enables
-/// error frames and kernel time stamps. The caller closes the socket. Throws RunError.
+/// Opens a non-blocking socket and binds it to the interface. Before the bind, the function sets the filters
+/// and enables error frames and kernel time stamps. The caller closes the socket. Throws RunError.
 int open_raw_socket(const std::string& interface, std::span<const Filter> filters);
 
 /// Enables the echo of the socket's own frames; the socket's filters apply to the echo.
@@ -40,13 +40,13 @@ class ReceiveBatch {
   ReceiveBatch(const ReceiveBatch&) = delete;
   ReceiveBatch& operator=(const ReceiveBatch&) = delete;
 
-  /// Reads at most `room` frames, 1 to `capacity`. Waits only if `room` is 1 and the socket is blocking. Returns
-  /// the number of frames, or -1 with the reason in errno.
+  /// Reads at most `room` frames; `room` is 1 to `capacity`. Waits only if `room` is 1 and the socket is
+  /// blocking. Returns the number of frames, or -1 with the reason in errno.
   int read(int socket, std::size_t room = capacity);
 
   Frame frame(std::size_t index) const;
-  /// The arrival time from the kernel's time stamp, as steady time; the time of reading if the stamp is
-  /// implausible.
+  /// The arrival time: the kernel's time stamp, converted to the steady clock. If the stamp is implausible,
+  /// the time at which the frame was read.
   Time received(std::size_t index) const { return received_[index]; }
   /// The kernel's unchanged time stamp, as the time since 1970-01-01 UTC.
   Duration stamped(std::size_t index) const { return stamped_[index]; }

@@ -7,8 +7,8 @@
 
 namespace hystcan::can {
 
-/// The kernel's own time limit of a read (SO_RCVTIMEO) has the resolution of its tick, 4 ms, so this alarm
-/// uses a signal. The signal makes the socket non-blocking: a read that waits, or that begins later, then
+/// Ends a wait in a read with a signal. The kernel's own time limit of a read (SO_RCVTIMEO) has a resolution
+/// of only 4 ms. The signal makes the socket non-blocking: a read that waits, or that begins later, then
 /// fails with EAGAIN. All other system calls are restarted after the signal.
 class SocketAlarm {
  public:
@@ -18,7 +18,7 @@ class SocketAlarm {
   SocketAlarm(const SocketAlarm&) = delete;
   SocketAlarm& operator=(const SocketAlarm&) = delete;
 
-  /// Makes the socket blocking until the deadline, which replaces the one before.
+  /// Makes the socket blocking until the deadline. Replaces the previous deadline.
   void set(Time deadline);
 
  private:

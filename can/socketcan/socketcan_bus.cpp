@@ -97,8 +97,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   const BusCounters& counters() const { return counters_; }
 
  private:
-  /// Sends a frame. Returns 0 or an errno. Refuses in bus-off, because the kernel would store the frames and
-  /// send them after the restart.
+  /// Sends a frame. Returns 0 or an errno. In bus-off, returns ENOBUFS: the kernel would store the frame and
+  /// send it after the restart.
   int try_to_send(const Frame& frame) {
     if (!is_open()) return ENETDOWN;
     if (state_ == BusState::bus_off) return ENOBUFS;
@@ -146,7 +146,8 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     if (is_open()) wait();
   }
 
-  /// Reads `room` frames, and then batches, until the queue is empty or contains only frames that arrived later.
+  /// Reads at most `room` frames, then batches. Stops when the queue is empty, or when a batch ends with a
+  /// frame that arrived after `last_arrival`.
   void receive_queued(std::size_t room, Time last_arrival) {
     for (Time arrival{}; is_open() && arrival <= last_arrival; room = ReceiveBatch::capacity) {
       const int count = batch_.read(socket_->get(), room);
@@ -166,7 +167,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
       return;
     }
     counters_.receive_lost = lost_before_ + batch_.lost();
-    // The kernel passes every remote frame (raw_socket.cpp).
+    // The kernel passes every remote frame (raw_socket.cpp). Drop a remote frame that no filter passes.
     if (frame.kind == FrameKind::remote &&
         std::ranges::find(filters_, frame.id, &Filter::id) == filters_.end())
       return;

@@ -47,9 +47,10 @@ class SocketCanBus final : public Bus {
   const BusCounters& counters() const override;
 
   /// Waits in the socket for one frame and passes it to the handler. This is faster than a wait in the
-  /// context (docs/latency.md), which waits for frames only until the first call. Returns false at the
-  /// deadline, after a signal, or immediately if the interface is down; the context must then run. After the
-  /// deadline it first passes all frames that have arrived: a late program must not report them as missing.
+  /// context (docs/latency.md). From the first call on, the context no longer waits for frames. Returns false
+  /// at the deadline, after a signal, or immediately if the interface is down; the context must then run. At
+  /// the deadline, the function first passes all frames that have arrived. Otherwise a program that is late
+  /// would report these frames as missing.
   bool receive_before(Time deadline);
 
  private:

@@ -5,7 +5,7 @@
 namespace hystcan::can {
 namespace {
 
-/// If frames are still left over after this number of cycles, the response time counts as unbounded.
+/// If frames of earlier cycles still wait after this number of cycles, the response time counts as unbounded.
 constexpr int cycles_max = 100;
 
 std::uint32_t priority_order(const ChainSource& source) {
@@ -52,8 +52,8 @@ class Chain {
   }
 
  private:
-  /// Returns w(0) in chain.h: the latest time after SYNC at which the transmission of last_ begins, if no
-  /// frame was left over from the previous cycle.
+  /// Returns w(0) in chain.h: the latest time after SYNC at which the transmission of the last link of the
+  /// chain begins, if all frames of the previous cycle were sent before SYNC.
   std::optional<Duration> alone() const {
     Duration own = last_.role == ChainRole::sync ? Duration::zero() : timing_.turnaround + in_slots(1);
     std::vector<const ChainSource*> before;
@@ -90,8 +90,8 @@ class Chain {
     return sum;
   }
 
-  /// Returns w(q) in chain.h for q > 0: the latest time at which the transmission of last_ begins, if frames
-  /// were left over at q SYNCs in succession.
+  /// Returns w(q) in chain.h for q > 0: the latest time at which the transmission of the last link of the
+  /// chain begins, if frames of earlier cycles were not yet sent at each of the last q SYNCs.
   std::optional<Duration> with_left_overs(int q) const {
     const bool is_sync = last_.role == ChainRole::sync;
     const int answered = is_sync ? q : q + 1;
@@ -128,9 +128,9 @@ class Chain {
     return greatest;
   }
 
-  /// Returns the sum of three times. (1) `own`. (2) The controller's axis statuses, at most `status_cycles`
-  /// of them. (3) For every other frame without a slot, times(source, count) transmissions; `count` is the
-  /// maximum number of these frames in the time `window`.
+  /// Returns the sum of three times. The first is `own`. The second is the time of the controller's axis
+  /// statuses, at most `status_cycles` of them. The third is the time of all other frames without a slot: each
+  /// of them is sent times(source, count) times. `count`: its maximum number of frames in the time `window`.
   template <class Times>
   std::optional<Duration> with_all(Duration own, std::int64_t status_cycles, Duration window,
                                    Times times) const {
@@ -151,8 +151,8 @@ class Chain {
     return sum + std::min(statuses, status_cycles) * longest_status;
   }
 
-  /// Returns the least fixed point of the function `next`; nullopt if the fixed point exceeds limit_ or if
-  /// `next` returns nullopt.
+  /// Returns the smallest time t for which next(t) is t; nullopt if t exceeds limit_ or if `next` returns
+  /// nullopt. `next` must not decrease.
   template <class Next>
   std::optional<Duration> settle(Next next) const {
     Duration value{};
@@ -167,14 +167,15 @@ class Chain {
     return &source == &last_ || source.role == ChainRole::sync || &source == sample_;
   }
 
-  /// Returns true if last_ is a command that may wait behind the frame `source` in the controller's queue.
+  /// Returns true if the last link of the chain is a command that may wait behind the frame `source` in the
+  /// controller's queue.
   bool shares_queue(const ChainSource& source) const {
     if (last_.role != ChainRole::command) return false;
     return source.role == ChainRole::command || (source.slot && is_of_controller(source.role));
   }
 
-  /// Returns true if the frame `source` is an answer to last_. If no frame is left over from the previous
-  /// cycle, such an answer is sent only after last_.
+  /// Returns true if the frame `source` is an answer to the last link of the chain. Such an answer
+  /// is sent after the last link of its own cycle. Only an answer of an earlier cycle can be sent before.
   bool comes_after_last(const ChainSource& source) const {
     if (last_.role == ChainRole::sync) return is_link(source.role);
     return last_.role == ChainRole::sample && source.role == ChainRole::command &&

@@ -2,9 +2,9 @@
 // and command, in this order; each of these frames is a link. The last link is the frame whose response time
 // is computed. docs/theory/bus.md has the derivation.
 //
-// A frame is left over at a SYNC if it is still on the wire or in the controller's transmit queue. At the
-// SYNC with q = 0, no frame of the previous cycle is left over; its time is 0. q = 1, 2, ... is the q-th SYNC
-// after it, if frames were left over at each SYNC in between.
+// A frame is left over at a SYNC if it is still on the wire or in the controller's transmit queue. q is
+// the number of a SYNC. At SYNC 0, no frame of the previous cycle is left over. SYNC 0 begins at the time 0.
+// SYNC q is the q-th SYNC after SYNC 0, if frames were left over at each SYNC from 1 to q.
 //
 //   w(0) = own + L + sum over the frames "before":  n_k(w(0)) C_k
 //   w(q) = (q + 1) turnaround + sum over all frames k:  n_k(w(q)) C_k    for q > 0
@@ -98,8 +98,8 @@ struct ChainSource {
   /// The slot of the frame: the only cycle of a round in which it may be sent, 0..slots - 1. nullopt: the
   /// frame has no slot and may be sent at any time.
   std::optional<unsigned> slot{};
-  /// Worst-case response time. It begins with the cycle for SYNC, sample and command, and with the period of
-  /// the frame for any other frame. nullopt: the response time has no bound.
+  /// Worst-case response time. For SYNC, sample and command, it is counted from the start of the cycle. For
+  /// any other frame, it is counted from the start of the period of the frame. nullopt: no upper limit.
   std::optional<Duration> response{Duration::zero()};
 };
 

@@ -109,8 +109,8 @@ class Analysis {
     return error_interval_ ? instances(window, *error_interval_) * disturbance_ : Duration::zero();
   }
 
-  /// Returns the least fixed point of the non-decreasing function `next` at or above `from`; nullopt if the
-  /// fixed point exceeds `endless`.
+  /// Returns the smallest time t, at least `from`, for which next(t) is t; nullopt if t exceeds `endless`.
+  /// `next` must not decrease.
   template <class Next>
   static std::optional<Duration> settle(Duration from, Next next) {
     Duration value = std::max(from, Duration{1});
@@ -141,8 +141,8 @@ BitCount worst_frame_bits(const PeriodicFrame& frame) {
     return {.nominal = stuffed + tail + (stuffed - 1) / 4};
   }
   // CAN FD: the bits before BRS have at most 3 stuff bits, or 7 with an extended identifier. BRS differs from
-  // the bit before it (res), so that a run of equal bits cannot begin before BRS. The last data bit has no
-  // stuff bit after it.
+  // the bit before it (res). Equal bits before BRS therefore cause no stuff bit after BRS. The last data bit
+  // has no stuff bit after it.
   const unsigned nominal = (frame.extended ? 36 + 7 : 17 + 3) + 12;
   const unsigned check = frame.bytes <= 16 ? 27 : 32;  // stuff count + CRC + fixed stuff bits
   const unsigned data = 5 + 8 * frame.bytes + (8 * frame.bytes + 4) / 4 + check + 1;

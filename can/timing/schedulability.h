@@ -8,7 +8,8 @@
 //   C_k, T_k, J_k      the same for another frame k
 //   B                  longest time for which a frame of lower priority blocks the bus
 //   t                  busy period: the longest time without a pause between frames of hp and m
-//   Q, q               number of instances of frame m in the busy period; number of an instance, 0..Q-1
+//   Q                  number of instances of frame m in the busy period
+//   q                  index of one of these instances, 0..Q-1
 //   w(q)               longest time from the start of the busy period until instance q begins on the bus
 //   R                  worst-case response time of frame m
 //   hp, lp             the frames of higher and of lower priority than m
