@@ -13,10 +13,9 @@ namespace hystcan::node {
 
 /// The amplifier of one axis. The amplifier drives its output only while its node is operational and the
 /// amplifier is enabled and receives commands. The amplifier trips (enters the state fault) if no command
-/// arrives for `command_timeout`. The fault is latched until a command clears it; then the output has the
-/// safe value. A command that clears a fault does not enable the amplifier. When the node leaves the NMT
-/// state operational, and at shut_down(), the output moves to the safe value, whatever the watchdog action
-/// is.
+/// arrives for `command_timeout`. The fault is latched until a command clears the fault. After the clearing,
+/// the output has the safe value and the amplifier is not enabled. When the node leaves the NMT state
+/// operational, and at shut_down(), the output moves to the safe value, whatever the watchdog action is.
 class AmplifierChannel {
  public:
   AmplifierChannel(const can::AxisWire& wire, const AmplifierConfig& config, const CommonConfig& common,
@@ -60,8 +59,8 @@ class AmplifierChannel {
   void leave_drive(WatchdogAction action);
 
   AmplifierConfig config_;
-  /// Time in which the output moves in a straight line to the setpoint after each SYNC. Zero: the target of
-  /// the output jumps to the setpoint.
+  /// Time in which the output moves in a straight line to the setpoint after each SYNC. Zero: the output gets
+  /// the setpoint immediately.
   can::Duration interpolation_;
   can::Scheduler& scheduler_;
   AmplifierNode& node_;
@@ -89,7 +88,7 @@ class AmplifierChannel {
   bool is_enabling_ = false;
   bool has_internal_cause_ = false;
   bool output_works_ = true;
-  bool relay_is_open_ = false;  ///< true: the command Enable is ignored, from open_relay() to release_relay()
+  bool relay_is_open_ = false;  ///< true between open_relay() and release_relay(): Enable is then ignored
 };
 
 }  // namespace hystcan::node

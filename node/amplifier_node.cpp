@@ -120,8 +120,8 @@ void AmplifierNode::check_watchdogs() {
   report();
 }
 
-// Checks the relays of all axes together. Relays of axes that one command frame enabled close at the same
-// time: the node then reports them in one status, if the axes share it.
+// Checks the relays of all axes together. If one command frame enables several axes, their relays close at
+// the same time. If these axes share a status, the node then sends only one status.
 void AmplifierNode::check_relays() {
   for (AmplifierChannel* channel : channels_) channel->check_relay();
   report();

@@ -70,8 +70,8 @@ void SensorNode::sample(can::Time time) {
   can::Frame frame = channels_.front()->layout_.frame();
   bool fits = true;
   for (SensorChannel* channel : channels_) fits = channel->sample(time, last_sync_, frame) && fits;
-  // A sample that the message cannot represent is not sent. The missing sample faults the axis in the
-  // controller.
+  // A sample that the message cannot represent is not sent. Without a sample, the controller reports a
+  // fault of the axis.
   if (fits) {
     protector_.seal(frame);
     line().send(frame);

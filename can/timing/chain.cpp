@@ -129,8 +129,8 @@ class Chain {
   }
 
   /// Returns the sum of three times. The first is `own`. The second is the time of the controller's axis
-  /// statuses, at most `status_cycles` of them. The third is the time of all other frames without a slot: each
-  /// of them is sent times(source, count) times. `count`: its maximum number of frames in the time `window`.
+  /// statuses, at most `status_cycles` of them. The third is the time of all other frames without a slot:
+  /// each is sent times(source, count) times. `count`: maximum number of these frames in the time `window`.
   template <class Times>
   std::optional<Duration> with_all(Duration own, std::int64_t status_cycles, Duration window,
                                    Times times) const {

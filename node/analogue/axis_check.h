@@ -9,7 +9,7 @@
 
 namespace hystcan::node {
 
-/// Checks that the range of the output contains the voltage of each drive.
+/// Checks that the range of the output contains the voltages of the minimum, maximum and safe drive.
 void check_drives(const AnalogueConfig& config, const DriveRange& drives, const VoltageRange& output);
 
 /// Checks that the sensor can measure all setpoints and at least some of the positions allowed for the axis.

@@ -1,4 +1,5 @@
-// A card with converters and digital lines, or the converters on a Raspberry Pi HAT.
+// The interface of a card. A card has converters, and it may have digital lines. The converters on a
+// Raspberry Pi HAT also count as a card.
 #pragma once
 
 #include <array>
@@ -89,7 +90,7 @@ class Card {
 };
 
 /// Opens a real card by its name (device_name.h). Throws Error if opening fails, or if this program was built
-/// without the library.
+/// without the library for this kind of card (libcomedi or libiio).
 std::unique_ptr<Card> open_card(const std::string& device);
 
 /// The error if a card lacks a channel, line or range that a key of [axis.analogue] requires.
@@ -101,8 +102,9 @@ class ChannelError : public Error {
   std::string key;
 };
 
-/// Returns the result of `open`. If `open` throws Error, throws a ChannelError with the path `key`. If `open`
-/// throws a ChannelError, puts `key` before its path: "range" becomes "drive_output.range".
+/// Calls the function `open` and returns its result. If `open` throws Error, throws a ChannelError with the
+/// path `key`. If `open` throws a ChannelError, puts `key` before its path: "range" becomes
+/// "drive_output.range".
 template <class Open>
 decltype(auto) opened(std::string_view key, Open open) {
   try {

@@ -19,7 +19,8 @@ namespace hystcan::node {
 
 class CardOutput final : public DriveOutput {
  public:
-  /// Throws ChannelError if the card lacks a channel, or if the range of the output does not contain a drive.
+  /// Throws ChannelError if the card lacks a channel, or if the range of the output does not contain the
+  /// voltages of all `drives`.
   CardOutput(const AnalogueConfig& config, const DriveRange& drives, Card& card);
 
   bool reaches(double drive) const override;

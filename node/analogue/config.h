@@ -36,10 +36,10 @@ struct AnalogueConfig {
   InputConfig position_input;
   double position_um_per_V = 1.0;
   double position_zero_um = 0.0;
-  std::optional<CardChannel> output_input{};  ///< input for the amplifier's monitor; empty: the output is
-                                              ///< assumed to equal the written value
+  std::optional<CardChannel> output_input{};  ///< input that measures the amplifier's output; empty: the
+                                              ///< output is assumed to equal the written value
   std::optional<LineConfig> enable_line{};
-  std::optional<LineConfig> interlock_line{};  ///< while this input line is active, the amplifier is faulted
+  std::optional<LineConfig> interlock_line{};  ///< while this input line is active, the amplifier has a fault
   std::optional<LineConfig> charge_pump_line{};  ///< output line that toggles at each SYNC; an external relay
                                                  ///< opens if the line stops toggling
   AmplifierConfig amplifier{.command_timeout = std::chrono::milliseconds(20)};
@@ -63,7 +63,7 @@ struct Span {
 struct PositionRange {
   Span limits{};    ///< range of the allowed positions, from position_min_um to position_max_um
   Span stroke{};    ///< range of the positions that the model predicts for the range of drives
-  Span setpoint{};  ///< range of the setpoints of all segments
+  Span setpoint{};  ///< range of the setpoints in the configuration
 };
 
 struct WiredAnalogueAxis {

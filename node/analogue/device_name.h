@@ -13,7 +13,7 @@ enum class CardKind : std::uint8_t { comedi, iio, simulated };
 
 // comedi:/dev/comedi0   device file of comedi
 // iio:ad5791            IIO device, by its name, label or id
-// simulated:12          stage of [axis.twin] behind 12-bit converters; without a number: 16 bits
+// simulated:12          simulated stage of [axis.twin] with 12-bit converters; without a number: 16 bits
 
 struct DeviceName {
   static constexpr unsigned least_bits = 2, most_bits = 24;
@@ -31,8 +31,9 @@ struct DeviceName {
 /// Parses a device name. Throws Error if the text is not valid.
 DeviceName device_named(std::string_view text);
 
-/// Returns an identity that is the same for all names of one card. A comedi card is identified by the device
-/// number behind links and subdevice files, an IIO device by its id. `root` contains /sys.
+/// Returns an identity that is the same for all names of one card. A comedi card is identified by its board
+/// in /sys, because links and subdevice files are other names of the same board. An IIO device is identified
+/// by its id. `root` contains /sys.
 std::string identity_of(const DeviceName& device, const std::filesystem::path& root = "/");
 
 }  // namespace hystcan::node

@@ -34,7 +34,7 @@ void request_highest_priority() {
   mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT);
 }
 
-/// A guard that does not run for this time is killed.
+/// If the guard does not run for this time, the node kills the guard.
 constexpr std::chrono::seconds unresponsive{1};
 
 [[noreturn]] void fail() { throw RunError("cannot start the guard process", std::strerror(errno)); }

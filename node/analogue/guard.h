@@ -17,8 +17,8 @@ namespace hystcan::node {
 //
 //   thread ends                  the guard calls `make_safe` and exits
 //   no beat() for `patience`     the guard calls `make_safe`, repeats it after each further `patience`, and
-//                                increments takeovers(): the node must fault before it drives again
-//   trial                        abandon() releases the lock and returns whether the guard succeeded
+//                                increments takeovers(): the node must report a fault before it drives again
+//   test, or normal end          abandon() releases the lock and returns whether the guard succeeded
 //   guard dies                   descriptor() becomes readable: the node must stop driving
 //   guard stops running          beat() kills the guard
 //
@@ -28,8 +28,8 @@ class Guard {
  public:
   using Duration = std::chrono::nanoseconds;
 
-  /// Forks: the guard inherits the open files of this process, which should be only the cards. Also calls
-  /// `make_safe` once at the start. Throws RunError if the guard can't be started.
+  /// Forks this process. The guard inherits all open files of this process: at this call, only the cards should
+  /// be open. The guard calls `make_safe` once at its start. Throws RunError if the guard can't be started.
   Guard(const std::function<bool()>& make_safe, Duration patience);
   ~Guard() { abandon(); }
   Guard(const Guard&) = delete;
@@ -44,15 +44,15 @@ class Guard {
   /// Returns a file descriptor that becomes readable, with an end of file, when the guard dies.
   int descriptor() const { return socket_; }
   pid_t process() const { return process_; }
-  /// Lets the guard make the outputs safe and exit. Call it on the thread that created the guard. Returns
-  /// true if the guard succeeded. A second call has no effect.
+  /// Orders the guard process to make the outputs safe and to end. Call this function on the thread that
+  /// created the guard. Returns true if the guard succeeded. A second call has no effect and returns false.
   bool abandon() noexcept;
 
  private:
   /// Memory that both processes share.
   struct Shared {
-    pthread_mutex_t life{};                 ///< mutex of the thread that created the guard; the kernel
-                                            ///< releases it when this thread ends (robust mutex)
+    pthread_mutex_t life{};                 ///< robust mutex, locked by the thread that created the guard;
+                                            ///< the kernel releases the mutex when this thread ends
     std::atomic<Duration::rep> beat{0};     ///< time of the last beat, CLOCK_MONOTONIC; 0: none
     std::atomic<Duration::rep> watched{0};  ///< time of the guard's last check; 0: none
     std::atomic<unsigned> takeovers{0};

@@ -108,8 +108,8 @@ class IioOutput final : public VoltageOutput {
  private:
   IioConverter converter_;
   Descriptor lock_;
-  /// True until the chip is powered up, after the first value. Initially false if the chip has no attribute
-  /// `powerdown`. Many chips with this attribute start powered down.
+  /// True while the chip may be powered down. Many chips with the attribute `powerdown` start powered down.
+  /// write() powers the chip up after it has written the first value. Always false without this attribute.
   bool is_down_;
 };
 
@@ -308,7 +308,7 @@ class IioCard final : public Card {
   std::string name_;
   IioContext context_;
   iio_device* device_ = nullptr;
-  std::map<std::string, std::string> ranges_;  ///< range that is set by each scale attribute (key: its file)
+  std::map<std::string, std::string> ranges_;  ///< key: file of a scale attribute; value: its range
 };
 
 }  // namespace

@@ -15,7 +15,7 @@ namespace hystcan::node {
 //         provides neither, the key `range` of the configuration gives the range of the volts
 //
 // The key `range` selects one of the values of the attributes `scale_available` and `offset_available`. The
-// volts are the volts at the chip.
+// value `volts` is the voltage at the chip: it does not include a divider or an amplifier outside the chip.
 //
 // IIO has no digital lines.
 

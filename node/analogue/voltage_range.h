@@ -11,13 +11,13 @@ namespace hystcan::node {
 struct VoltageRange {
   double lo = 0.0;
   double hi = 0.0;
-  double step = 0.0;  ///< least significant bit; 0: unknown
+  double step = 0.0;  ///< voltage of the least significant bit, in V; 0: unknown
 };
 
 /// Parses a text such as "0..10 V". Returns `nullopt` if the text is not a range.
 std::optional<VoltageRange> parsed_range(std::string_view text);
 
-/// Returns, for example, "-1.5 to 20"; a negative zero becomes 0.
+/// Returns a text such as "-1.5 to 20". Writes a negative zero as 0.
 std::string from_to(double first, double second);
 
 }  // namespace hystcan::node

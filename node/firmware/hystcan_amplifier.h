@@ -14,8 +14,8 @@ enum hystcan_amplifier_state { HYSTCAN_OFF, HYSTCAN_READY, HYSTCAN_ENABLED, HYST
 enum { HYSTCAN_COMMANDS_STOPPED = 0x01, HYSTCAN_OUT_OF_RANGE = 0x02, HYSTCAN_INTERNAL_CAUSE = 0x80 };
 
 struct hystcan_amplifier_axis_config {
-  // Signals of the command. If the command has no signal `enable`, each command enables the amplifier. If it
-  // has no signal `sync_counter`, the amplifier does not detect commands that are too old.
+  // Signals of the command. If the command has no signal `enable`, each command enables the amplifier. If the
+  // command has no signal `sync_counter`, the amplifier does not detect commands that are too old.
   struct hystcan_field setpoint, enable, clear_fault, sync_counter;
   const struct hystcan_message* status;       ///< status message; axes with the same pointer share one
                                               ///< message; NULL: the axis has no status
@@ -62,11 +62,12 @@ struct hystcan_amplifier_config {
 enum hystcan_enabling { HYSTCAN_NOT_ENABLING, HYSTCAN_RELAY_CLOSES, HYSTCAN_STARTS_SOFTLY };
 
 struct hystcan_amplifier_axis {
-  hystcan_time deadline;        ///< latest time for the next command with Enable; then the watchdog trips
-  hystcan_time enabling_since;  ///< HYSTCAN_RELAY_CLOSES: time at which the relay has closed;
-                                ///< HYSTCAN_STARTS_SOFTLY: start of the soft start
+  hystcan_time deadline;        ///< time at which the watchdog trips if no command with Enable arrives before
+  hystcan_time enabling_since;  ///< time at which the relay will have closed, if `enabling` is
+                                ///< HYSTCAN_RELAY_CLOSES; start of the soft start, if `enabling`
+                                ///< is HYSTCAN_STARTS_SOFTLY
   int32_t setpoint;             ///< last commanded setpoint; the output gets it at the next SYNC
-  uint32_t sent_counter;        ///< counter of the next status; used in the first axis of a status message
+  uint32_t sent_counter;        ///< counter of the next status; axes that share a status use the first axis
   uint16_t syncs_since_status;
   uint8_t state;     ///< state of the amplifier, an enum hystcan_amplifier_state
   uint8_t fault;     ///< bits of the faults that are latched

@@ -104,8 +104,8 @@ enum hystcan_change hystcan_node_handle(const struct hystcan_node_config* config
                                         const struct hystcan_frame* frame, hystcan_time now);
 /// Returns true before the node is started, and if another node on the bus has the same number.
 bool hystcan_node_is_silent(const struct hystcan_node* node);
-/// Sends the heartbeat if it is due. If nodes have slots, the heartbeat waits for the slot of this node,
-/// unless no slot occurred in the last heartbeat period.
+/// Sends the heartbeat if it is due. If nodes have slots, the heartbeat waits for the slot of this node. If
+/// the last heartbeat period had no slot, the heartbeat does not wait.
 void hystcan_node_beat(const struct hystcan_node_config* config, struct hystcan_node* node, hystcan_time now);
 /// Call at each SYNC. If this cycle is a slot of the node, sends a waiting heartbeat. Returns true if the
 /// node may send a regular status now.
