@@ -35,7 +35,7 @@ std::vector<Multiplexing::Range> disjoint(std::vector<Multiplexing::Range> range
 }  // namespace
 
 /// Returns true if this value of the attribute VFrameFormat means CAN FD. The value is the name of an ENUM
-/// item, which ends in FD for CAN FD, or one of Vector's numbers.
+/// item, which ends in FD for CAN FD, or one of the numbers that Vector defines for CAN FD.
 bool Reader::is_fd(const Value& format) {
   const auto number = format.is_text ? std::nullopt : to_real(format.token);
   if (!number) return format.token.ends_with("FD");
@@ -78,7 +78,7 @@ Reader::Names Reader::value_names() {
     if (value)
       names[*value] = unescaped(name);
     else
-      note(*raw, cited(*raw) + " is not a raw value of at most 64 bits: the value is left out");
+      note(*raw, cited(*raw) + " is not a raw value of at most 64 bits: the name of this value is ignored");
     cursor_.take(',');
   }
   return names;

@@ -55,7 +55,7 @@ void SignalCodec::check(const Signal& signal) {
                                                               : false;
   if (fits) return;
   throw std::invalid_argument("signal " + signal.name + " has " + std::to_string(length) +
-                              " bits, expected 1 to 64 bits, or 32 or 64 bits for an IEEE 754 number");
+                              " bits, expected 1 to 64 bits (an IEEE 754 number: 32 or 64 bits)");
 }
 
 SignalCodec::Placement SignalCodec::place(const Signal& signal) {

@@ -216,7 +216,7 @@ class Layout {
     const std::string ours = quantity == Quantity::drive ? drive_unit : "um";
     if (const auto step = decimal_step(signal.unit, ours)) return *step;
     throw std::invalid_argument("signal " + signal.name + " of message " + message.name + " is in \"" +
-                                signal.unit + "\", which does not convert to \"" + ours + "\"");
+                                signal.unit + "\", which can't be converted to \"" + ours + "\"");
   }
 
   template <class Value>

@@ -47,7 +47,7 @@ constexpr std::array emergency_texts{
     ErrorText{0x8200, "protocol error"},
     ErrorText{0x8210, "PDO not processed, length error"},
     ErrorText{0x8220, "PDO length exceeded"},
-    ErrorText{0x8230, "DAM MPDO not processed, destination object not available"},
+    ErrorText{0x8230, "multiplex PDO not processed, destination object not available"},
     ErrorText{0x8240, "unexpected SYNC data length"},
     ErrorText{0x8250, "RPDO timeout"},
     ErrorText{0x9000, "external error"},

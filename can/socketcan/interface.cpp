@@ -68,7 +68,7 @@ Interface require_interface(const std::string& name) {
       "interface " + name + " does not exist",
       {.remedy = name.starts_with("vcan")
                      ? "create it with: ip link add dev " + name + " type vcan && ip link set " + name + " up"
-                     : "list the existing ones with: ip -brief link show type can"});
+                     : "list the existing interfaces with: ip -brief link show type can"});
 }
 
 using Bytes = std::span<const std::byte>;

@@ -142,7 +142,7 @@ class ComediCard final : public Card {
       throw Error(file_, "another program is using the device", {.remedy = "stop that program"});
     if (error == ENOENT || error == ENXIO || error == ENODEV || error == ENOTDIR)
       throw Error(file_, "card not found",
-                  {.remedy = "load its driver, or set device to another file (ls /dev/comedi*)"});
+                  {.remedy = "load the driver of the card, or set device to another file (ls /dev/comedi*)"});
     if (error == ENOTTY || error == EISDIR || error == EINVAL)
       throw Error(file_, "not a comedi device",
                   {.remedy = "set device to a comedi device file (ls /dev/comedi*)"});
@@ -186,7 +186,8 @@ class ComediCard final : public Card {
     if (channels <= 0 || place.channel >= static_cast<unsigned>(channels))
       throw ChannelError(
           key, Error(file_, fmt::format("subdevice {} has no {} {}", place.subdevice, key, place.channel),
-                     {.remedy = fmt::format("it has {} {}, numbered from 0", std::max(channels, 0), kind)}));
+                     {.remedy = fmt::format("the subdevice has {} {}, numbered from 0", std::max(channels, 0),
+                                            kind)}));
   }
 
   void check_line(const CardChannel& place, int only, std::string_view kind) const {

@@ -242,7 +242,7 @@ class IioCard final : public Card {
     if (!(present.step_V() > 0.0))
       throw ChannelError("channel",
                          Error(name_, fmt::format("channel {} has no positive scale", place.channel),
-                               {.remedy = "choose a channel that converts volts"}));
+                               {.remedy = "choose a voltage channel"}));
     const auto raw = raw_range(channel);
     if (!raw && !parsed_range(place.range))
       throw ChannelError(

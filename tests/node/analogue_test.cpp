@@ -373,9 +373,9 @@ TEST(OpenCard, RefusesAFileThatIsNotACard) {
 TEST(OpenCard, RefusesAMissingCard) {
   const std::string refusal = support::refusal_of([] { open_card("comedi:/dev/comedi99"); });
   if (refusal.find("built without libcomedi") != std::string::npos) GTEST_SKIP() << refusal;
-  EXPECT_EQ(
-      refusal,
-      "/dev/comedi99: card not found; load its driver, or set device to another file (ls /dev/comedi*)");
+  EXPECT_EQ(refusal,
+            "/dev/comedi99: card not found; load the driver of the card, or set device to another file "
+            "(ls /dev/comedi*)");
 }
 
 }  // namespace

@@ -222,7 +222,8 @@ TEST(DbcTolerance, ReadsValueTablesAndSkipsInvalidValues) {
   EXPECT_EQ(database.messages[0].signals[0].values,
             (std::map<std::int64_t, std::string>{{-1, "bad"}, {0, "off"}, {1, "on"}, {2, "two"}}));
   EXPECT_EQ(database.warnings,
-            Warnings{"lab.dbc:5:21: '1.5' is not a raw value of at most 64 bits: the value is left out"});
+            Warnings{"lab.dbc:5:21: '1.5' is not a raw value of at most 64 bits: the name of "
+                     "this value is ignored"});
 }
 
 TEST(DbcTolerance, DecidesTheTypeOfAnIeeeSignalByItsLength) {

@@ -23,7 +23,7 @@ TEST(Interface, IsRefusedIfAbsentWithTheCommandThatCreatesIt) {
       "vcan97",
       "interface vcan97 does not exist; create it with: ip link add dev vcan97 type vcan && ip link "
       "set vcan97 up");
-  const std::string list = " does not exist; list the existing ones with: ip -brief link show type can";
+  const std::string list = " does not exist; list the existing interfaces with: ip -brief link show type can";
   expect_refused("can97", "interface can97" + list);
   expect_refused("a-name-longer-than-the-kernel-has", "interface a-name-longer-than-the-kernel-has" + list);
   expect_refused("", "interface " + list);
