@@ -35,8 +35,8 @@ class AmplifierChannel {
   /// fault before end_internal_fault().
   void begin_internal_fault();
   void end_internal_fault() { has_internal_cause_ = false; }
-  /// Disables the amplifier, as when an interlock opens the relay at its output. The amplifier ignores the
-  /// command Enable until release_relay().
+  /// Simulates an interlock that opens the relay at the output: disables the amplifier. The amplifier ignores
+  /// the command Enable until release_relay().
   void open_relay();
   void release_relay() { relay_is_open_ = false; }
 

@@ -38,10 +38,10 @@ std::string cited(std::string_view token);
 /// the section name.
 ///
 /// The reader stores nodes, messages, value tables and attribute definitions immediately. Other sections have
-/// details about them, for example value names and attributes. A section with details may be before its
-/// message in the file. Therefore the reader applies all details after the last line. A section with details
-/// names its message by identifier and its signal by name. If several messages or signals have the same
-/// identifier or name, the section applies to all of them.
+/// details about these objects, for example value names and attributes. A section with details may be before
+/// its message in the file. Therefore the reader applies all details after the last line. A section with
+/// details names its message by identifier and its signal by name. If several messages or signals have the
+/// same identifier or name, the section applies to all of them.
 ///
 /// Comments, receivers, relations (BA_REL_) and most attributes are not stored. The reader checks their
 /// syntax, and that their objects and attributes exist. A malformed comment (CM_), or a malformed definition

@@ -140,8 +140,7 @@ class Line {
       if (!is_hex(peek())) refuse(at_, "the flags of an FD frame, one hexadecimal digit");
       const auto flags = static_cast<std::uint8_t>(hex_value(text_[at_++]));
       if (frame.kind == FrameKind::error)
-        return bytes(frame, classical_bytes);  // error frame as python-can
-                                               // writes it on a CAN FD bus
+        return bytes(frame, classical_bytes);  // python-can writes an error frame of a CAN FD bus with flags
       frame.kind = FrameKind::fd;
       frame.fd_flags = flags;
       bytes(frame, frame.data.size());

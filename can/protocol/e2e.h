@@ -48,7 +48,7 @@ std::uint8_t crc8_j1850(std::span<const std::uint8_t> bytes);
 std::uint8_t crc8_8h2f(std::span<const std::uint8_t> bytes);
 std::uint16_t crc16(std::span<const std::uint8_t> bytes);
 
-/// The data id: bytes that the CRC covers in addition, before the payload.
+/// The data id of a message: the CRC covers the bytes of the data id first, then the payload.
 struct DataId {
   enum class Kind : std::uint8_t { identifier, number, none };
   Kind kind = Kind::identifier;
@@ -58,8 +58,8 @@ constexpr auto words(DataId::Kind) {
   return std::to_array<std::string_view>({"identifier", "data_id", "payload"});
 }
 
-/// The protection of a message: its signals for counter and CRC, of which each may be missing. The CRC signal
-/// fills bytes_of(polynomial) whole bytes.
+/// The protection of a message: its signals for counter and CRC. Each of the two signals may be missing. The
+/// CRC signal fills bytes_of(polynomial) whole bytes.
 struct Protection {
   std::optional<SignalCodec> counter{};
   std::optional<SignalCodec> crc{};

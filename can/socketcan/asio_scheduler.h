@@ -33,7 +33,7 @@ class AsioScheduler final : public Scheduler {
  private:
   class Impl;
   class AsioTimer;
-  std::shared_ptr<Impl> impl_;  ///< shared with the timers and the pending wait
+  std::shared_ptr<Impl> impl_;  ///< shared with timers and a pending wait, which may outlive this object
 };
 
 }  // namespace hystcan::can

@@ -54,7 +54,7 @@ class ReceiveBatch {
   bool is_own(std::size_t index) const { return (headers_[index].msg_hdr.msg_flags & MSG_CONFIRM) != 0; }
   /// The number of frames that the kernel dropped on this socket since it was opened.
   std::uint32_t lost() const { return lost_; }
-  /// Call this before the first read from a new socket.
+  /// Sets the number of dropped frames to 0. Call this function before the first read from a new socket.
   void restart() { lost_ = 0; }
 
  private:

@@ -12,7 +12,8 @@ namespace hystcan::can {
 /// fails with EAGAIN. All other system calls are restarted after the signal.
 class SocketAlarm {
  public:
-  /// Interrupts the calling thread. Throws RunError if the user may have no more timers.
+  /// The alarm will interrupt the thread that calls this constructor. Throws RunError if the kernel gives the
+  /// user no further timer.
   explicit SocketAlarm(int socket);
   ~SocketAlarm();
   SocketAlarm(const SocketAlarm&) = delete;

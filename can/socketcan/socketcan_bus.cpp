@@ -252,7 +252,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   std::optional<SocketAlarm> alarm_;                      ///< ends the wait in receive_before()
   std::optional<Time> alarm_at_;
   SteadyTimer retry_timer_;    ///< searches for the interface after it is lost
-  SteadyTimer restart_timer_;  ///< queries whether bus-off has ended
+  SteadyTimer restart_timer_;  ///< time of the next query whether bus-off has ended
   ReceiveBatch batch_;
   Interface at_start_;
   Refusal refusal_ = Refusal::none;

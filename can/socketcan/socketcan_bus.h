@@ -55,7 +55,7 @@ class SocketCanBus final : public Bus {
 
  private:
   class Impl;
-  std::shared_ptr<Impl> impl_;  ///< shared with the pending operations
+  std::shared_ptr<Impl> impl_;  ///< shared with the pending operations, which may outlive this object
 };
 
 class AsioScheduler;

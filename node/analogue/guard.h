@@ -28,8 +28,8 @@ class Guard {
  public:
   using Duration = std::chrono::nanoseconds;
 
-  /// Forks this process. The guard inherits all open files of this process: at this call, only the cards should
-  /// be open. The guard calls `make_safe` once at its start. Throws RunError if the guard can't be started.
+  /// Forks this process. The guard inherits all open files of this process: only the cards should be open at
+  /// this call. The guard calls `make_safe` once at its start. Throws RunError if the guard can't be started.
   Guard(const std::function<bool()>& make_safe, Duration patience);
   ~Guard() { abandon(); }
   Guard(const Guard&) = delete;
