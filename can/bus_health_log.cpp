@@ -11,8 +11,8 @@
 namespace hystcan::can {
 namespace {
 
-// describe() writes all twelve counters. The log writes only the first eight: it has its own lines for
-// changes of state, and the causes of the error frames are among the first eight.
+// describe() writes all twelve counters. The log writes only the first eight. The others count changes of
+// state, which have their own lines in the log, and error frames, whose causes are among the first eight.
 constexpr std::array<BusTrouble, 12> troubles{{
     {"send_refused", "not sent: the queue was full or the interface was down", &BusCounters::send_refused},
     {"receive_lost", "lost in the kernel: the program read too slowly", &BusCounters::receive_lost},

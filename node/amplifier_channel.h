@@ -75,8 +75,8 @@ class AmplifierChannel {
                                    ///< amplifier cannot detect stale commands
   std::unique_ptr<can::Timer> watchdog_;
   std::unique_ptr<can::Timer> relay_;  ///< expires when the relay has connected the output
-  can::Time relay_closes_at_{};        ///< time at which the relay has connected the output; only valid
-                                       ///< while is_enabling_, before the soft start
+  can::Time relay_closes_at_{};        ///< time at which the relay will have connected the output;
+                                       ///< valid while is_enabling_ is true, before the soft start
   std::optional<can::Time> soft_start_begun_;
   double soft_start_from_ = 0.0;
   can::Time command_deadline_{};

@@ -35,7 +35,7 @@ struct AmplifierConfig {
 enum class Sampling : std::uint8_t { sync, free };
 constexpr auto words(Sampling) { return std::to_array<std::string_view>({"sync", "free"}); }
 
-/// When a sensor samples.
+/// Determines when a sensor takes a sample.
 struct SampleClock {
   Sampling sampling = Sampling::sync;
   double rate_Hz = 0.0;   ///< sample rate of the sensor's own clock, > 0; only for Sampling::free
@@ -47,7 +47,7 @@ struct SampleClock {
 /// Settings that all nodes of one computer share.
 struct CommonConfig {
   can::Duration heartbeat_period{};
-  can::Duration cycle = std::chrono::milliseconds(1);  ///< SYNC period, to detect commands that are too old
+  can::Duration cycle = std::chrono::milliseconds(1);  ///< SYNC period; decides which commands are too old
   unsigned background_slots = 0;                       ///< number of cycles in a round of slots for
                                                        ///< heartbeats and statuses; 0: no slots
 };

@@ -38,8 +38,8 @@ class SensorNode final : public BusNode {
   void on_sync(std::uint8_t counter, can::Time received);
   void on_clock();
   void sample(can::Time time);
-  /// Sends an emergency frame when the first sensor fails. Sends an emergency frame with the error code 0 (no
-  /// error) when all sensors work again.
+  /// Sends an emergency frame when a sensor fails and all sensors worked before. Sends an emergency frame
+  /// with the error code 0 (no error) when all sensors work again.
   void report_failures();
 
   can::Scheduler& scheduler_;

@@ -408,7 +408,7 @@ void Reader::note_overlaps(const Message& message, const MessageText& text) {
     if (signal.length > max_signal_bits || signal.multiplexing.present_at) continue;
     if (bytes_needed(signal) > message.length) continue;
     const bool little = signal.byte_order == ByteOrder::little_endian;
-    // Number of the first bit; in a big-endian signal, bit 0 is the highest bit of byte 0.
+    // Index of the first bit. In a big-endian signal, each byte is counted from its highest bit.
     const std::size_t first = little ? signal.start_bit : signal.start_bit ^ 7U;
     bool overlaps = false;
     for (std::size_t bit = first; bit < first + signal.length; ++bit) {

@@ -61,7 +61,7 @@ void SignalCodec::check(const Signal& signal) {
 SignalCodec::Placement SignalCodec::place(const Signal& signal) {
   check(signal);
   const bool little = signal.byte_order == ByteOrder::little_endian;
-  // Number of the first bit; in a big-endian signal, bit 0 is the highest bit of byte 0.
+  // Index of the first bit. In a big-endian signal, each byte is counted from its highest bit.
   const std::uint32_t first = little ? signal.start_bit : signal.start_bit ^ 7U;
   const std::uint32_t last = first + signal.length - 1;
   return {first / 8, last / 8, static_cast<std::uint8_t>(little ? first % 8 : 7 - last % 8)};

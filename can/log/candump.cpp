@@ -33,7 +33,8 @@ int hex_value(char digit) {
 
 bool is_hex(char c) { return hex_value(c) >= 0; }
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
-/// Returns true for a printable ASCII character except a blank, whether `char` is signed or unsigned.
+/// Returns true for a printable ASCII character except a blank. The result does not depend on whether `char`
+/// is signed.
 bool is_word(char c) { return c > ' ' && c < '\x7F'; }
 
 /// The first error in a line. `at`: position of the wrong character in the line, counted from 0.

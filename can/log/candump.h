@@ -59,7 +59,7 @@ class CandumpReader {
   bool is_cut() const { return is_cut_; }
   /// The line number of the last frame, counted from 1.
   std::size_t line() const { return line_; }
-  /// The number of lost frames that `candump -d` reported up to here.
+  /// The number of lost frames that `candump -d` reported in the lines that were read.
   std::uint64_t dropped() const { return dropped_; }
 
  private:

@@ -42,7 +42,7 @@ constexpr auto words(Integrity) {
   return std::to_array<std::string_view>({"none", "counter", "counter+crc"});
 }
 
-/// The raw values of a state signal that mean each state of an amplifier.
+/// For each state of an amplifier, the raw values of the state signal that mean this state.
 struct StateValues {
   std::vector<std::int64_t> off{0};
   std::vector<std::int64_t> ready{1};

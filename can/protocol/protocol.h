@@ -131,7 +131,7 @@ struct AxisWire {
   std::string message_prefix;  ///< prefix of message names: "X" for XAmpCommand and XSensorSample
   std::uint8_t amplifier_node = 0;
   std::uint8_t sensor_node = 0;
-  std::string drive_unit{};  ///< unit of setpoint and output after conversion; empty: no conversion
+  std::string drive_unit{};  ///< unit of setpoint and output in this program; empty: the unit of the DBC
   std::vector<SdoWrite> amplifier_setup{};  ///< SDO objects to write before the controller starts the node
   std::vector<SdoWrite> sensor_setup{};
   SdoPatience setup_patience{};

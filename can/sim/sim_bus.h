@@ -119,7 +119,8 @@ class SimBus {
   /// this probability. Throws std::invalid_argument if the probability is not within 0..1.
   void set_bit_error(double probability);
 
-  /// Returns the bus load since the start: the time in which the wire was busy / the elapsed time, 0..1.
+  /// Returns the bus load since the start, 0..1: the time in which the wire was busy, divided by the elapsed
+  /// time.
   double load() const;
 
  private:

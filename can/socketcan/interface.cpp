@@ -49,8 +49,8 @@ std::vector<std::byte> ask_for_link(const std::string& name) {
   return reply;
 }
 
-/// Throws RunError if the kernel has no CAN support. Without this check, the user would look for a missing
-/// interface.
+/// Throws RunError if the kernel has no CAN support. Without this check, the error message would be about
+/// a missing interface.
 void require_can_support() {
   const Descriptor socket(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
   if (socket.get() < 0 && (errno == EAFNOSUPPORT || errno == EPROTONOSUPPORT))

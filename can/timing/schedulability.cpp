@@ -9,8 +9,8 @@ namespace {
 
 constexpr unsigned error_frame_bits = 31;
 
-/// A busy period longer than this limit counts as infinite. Only a bus load within 1e-6 of 1 can cause such a
-/// period.
+/// A busy period longer than this limit counts as infinite. Only a bus load between 1 - 1e-6 and 1 can cause
+/// such a period.
 constexpr Duration endless = std::chrono::hours(1);
 
 std::int64_t divide_up(std::int64_t value, std::int64_t by) { return (value + by - 1) / by; }

@@ -98,7 +98,7 @@ class ChannelError : public Error {
  public:
   ChannelError(std::string_view lacking_key, const Error& error) : Error(error), key(lacking_key) {}
   /// Path of the wrong key in [axis.analogue], for example "drive_output.range". In an error that a Card
-  /// throws, the path begins in the table of the channel: "range".
+  /// throws, the path contains only the key within the table of the channel, for example "range".
   std::string key;
 };
 

@@ -32,7 +32,7 @@ class CardOutput final : public DriveOutput {
   /// Sets the count of the guard (Guard::takeovers()). When the count changes while the output is driven, the
   /// guard has made the output safe, and works() then returns false.
   void obey(const std::atomic<unsigned>& takeovers) { takeovers_ = &takeovers; }
-  /// Writes the safe drive, then switches the enable line off. Returns false if one of them failed.
+  /// Writes the safe drive, then switches the enable line off. Returns false if one of the two failed.
   bool make_safe();
 
   const VoltageRange& range() const { return output_->range(); }

@@ -1,4 +1,5 @@
-// A process that makes an output safe after this process died or stopped running.
+// The guard: a second process that makes the outputs of a node safe after the node's process died or stopped
+// running.
 #pragma once
 
 #include <pthread.h>
@@ -38,8 +39,8 @@ class Guard {
   /// Tells the guard that this process is running. From the first call on, the guard expects the next call
   /// within `patience`.
   void beat() noexcept;
-  /// Returns how often this process failed to beat; the guard increments the count before it makes the
-  /// outputs safe.
+  /// Returns how often this process did not call beat() in time. The guard increments this count before it
+  /// makes the outputs safe.
   const std::atomic<unsigned>& takeovers() const { return shared_->takeovers; }
   /// Returns a file descriptor that becomes readable, with an end of file, when the guard dies.
   int descriptor() const { return socket_; }

@@ -41,7 +41,7 @@ struct hystcan_amplifier_config {
   const struct hystcan_message* command;
   const struct hystcan_amplifier_axis_config* axes;
   uint8_t axis_count;
-  uint32_t cycle;  ///< SYNC period of the controller, to detect commands that are too old
+  uint32_t cycle;  ///< SYNC period of the controller; decides which commands are too old
   /// Sets the output of an axis to the setpoint. Called at each SYNC. The device may interpolate until the
   /// next SYNC.
   void (*write)(void* context, unsigned axis, int32_t setpoint);
@@ -82,8 +82,8 @@ struct hystcan_amplifier {
   struct hystcan_amplifier_axis* axes;  ///< array of `axis_count` axes
   struct hystcan_node node;
   hystcan_time sync_at;         ///< time at which the last SYNC arrived
-  hystcan_time former_sync_at;  ///< time at which the SYNC before the last SYNC arrived, if has_former_sync
-  uint32_t received_counter;    ///< counter of the last intact command frame, if has_counter
+  hystcan_time former_sync_at;  ///< arrival time of the SYNC before the last SYNC; valid if has_former_sync
+  uint32_t received_counter;    ///< counter of the last intact command frame; valid if has_counter
   uint16_t emergencies[2];      ///< error codes of emergencies that are not sent yet
   uint8_t emergency_count;
   bool has_former_sync;

@@ -87,7 +87,7 @@ enum hystcan_change {
 };
 
 /// Marks functions that have a frame on the stack. If the compiler inlined such a function, its caller would
-/// keep the frame on the stack while it calls other functions.
+/// keep the frame on the stack while it calls other functions. The node would then need more stack.
 #ifdef __GNUC__
 #define HYSTCAN_OUT_OF_LINE __attribute__((noinline))
 #else
