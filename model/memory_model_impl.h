@@ -119,14 +119,15 @@ HysteresisState MemoryModel<Law>::remembering(const TurningPoints& points, std::
   State state = from(points.origin, capacity);
   const std::size_t count = points.inputs.size();
   if (!points.levels.empty() && points.levels.size() != count)
-    throw MemoryError(count, text_of(points.levels.size(), " outputs of ", count,
-                                     " turning points, expected one for each or none"));
+    throw MemoryError(count,
+                      text_of(points.levels.size(), " outputs of ", count,
+                              " turning points, expected one output for each turning point or no output"));
   for (std::size_t i = 0; i < count; ++i) {
     go_to(state, i, "turning point", folded(points.inputs[i]));
     if (!points.levels.empty()) restore_level(state, i, points.levels[i]);
     if (state.branches.full())
       throw MemoryError(i, text_of("more than ", i,
-                                   " turning points, expected at most as many for a "
+                                   " turning points, expected at most as many as fit into a "
                                    "memory of ",
                                    capacity, " branches"));
     state.branches.push(law_.reversed(state));

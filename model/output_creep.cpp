@@ -32,8 +32,8 @@ OutputCreep::OutputCreep(const Config& config) : weight_(config.per_decade / lag
   const std::size_t lags = lags_of(config);
   at_once_ = 1.0 - static_cast<double>(lags) * weight_;
   if (at_once_ < 0.5)
-    refuse("creep per_decade = ", config.per_decade, " with ", lags, " lags leaves ", at_once_,
-           " of the output at once, expected at least 0.5");
+    refuse("creep per_decade = ", config.per_decade, " with ", lags,
+           " lags: the share of the output that arrives at once is ", at_once_, ", expected at least 0.5");
   rates_per_s_.reserve(lags);
   for (std::size_t i = 0; i < lags; ++i)
     rates_per_s_.push_back(std::pow(10.0, -static_cast<double>(i) / lags_per_decade) / config.from_s);

@@ -37,7 +37,9 @@ OutputMap::OutputMap(const std::vector<double>& coefficients, Interval inner)
     rises = true;
     valley_ = zero_of_slope(series_, m - step, m);
   }
-  if (!rises) refuse("output map falls as far as its end at ", inner.hi, ", expected it to rise there");
+  if (!rises)
+    refuse("output map falls as far as its end at ", inner.hi,
+           ", expected an output map that rises at its end");
 }
 
 Interval OutputMap::beyond_valley(Interval m) const {

@@ -55,7 +55,7 @@ std::vector<double> slopes_of(double gain, const std::vector<double>& weights) {
     magnitude += std::abs(weights[i]);
     if (!(slopes.back() > 1e-12 * magnitude))
       refuse("gain + ... + ", element("weights", i), " = ", slopes.back(),
-             ", expected a sum that is positive beyond rounding");
+             ", expected a sum above 0 by more than rounding");
   }
   return slopes;
 }

@@ -34,7 +34,7 @@ void check(const PreisachParameters& p) {
     sum += p.weights[i];
   }
   if (!(sum > 0.0) || !std::isfinite(sum))
-    refuse("gain and weights add up to ", sum, ", expected an increasing output");
+    refuse("gain and weights add up to ", sum, ", expected an increasing output, that is a positive sum");
 }
 
 }  // namespace

@@ -98,8 +98,8 @@ void check_meeting(const HysteresisParameters& p) {
     refuse("descending curve is ", gap, " ", p.output_unit, " above the ascending curve at ", range.hi, " ",
            p.input_unit, ", expected the curves to meet there within ", tolerance);
   if (p.descending.value(range.lo) >= p.ascending.value(range.hi))
-    refuse("descending curve starts at ", p.descending.value(range.lo), " ", p.output_unit,
-           ", expected less than the ", p.ascending.value(range.hi), " of the upper threshold");
+    refuse("descending curve at the lower threshold is ", p.descending.value(range.lo), " ", p.output_unit,
+           ", expected less than the output ", p.ascending.value(range.hi), " at the upper threshold");
   const auto below = [&](double v) { return p.descending.value(v) - p.ascending.value(v) < -tolerance; };
   for (const double v : grid_of(range, p.ascending.knots(), 10 * fine))
     if (below(v))
@@ -115,8 +115,8 @@ void check_output_map(const HysteresisParameters& p) {
                         p.upper_point().level};
   const double tolerance = 1e-9 * levels.span();
   if (inner.lo > levels.lo + tolerance || std::abs(inner.hi - levels.hi) > tolerance)
-    refuse("output map of ", inner.lo, " to ", inner.hi, ", expected the range of the curves, ", levels.lo,
-           " to ", levels.hi);
+    refuse("output map covers ", inner.lo, " to ", inner.hi, ", expected the range of the curves, ",
+           levels.lo, " to ", levels.hi);
   if (p.symmetry == Symmetry::even)
     refuse("symmetry is even and the model has an output map, expected only one of the two");
 }
@@ -307,10 +307,11 @@ std::string remedy(const HysteresisParameters& parameters, Direction direction) 
     return message_of(in_use, " is too small, at least ", allowed->lo, " is valid");
   const auto scaled = [&](double factor) { return with_both_k_times(parameters, factor); };
   if (k <= 0.0 || find_decreasing_branch(scaled(0.0)))
-    return message_of(in_use, " is not the cause; the curves are too far apart there");
+    return message_of(in_use, " is not the cause; the curves are too far apart at these inputs");
   const HysteresisParameters good = scaled(last_good(scaled, 0.0, 1.0));
-  return message_of(in_use, " is too large together with ", name_of_k(opposite(direction)), ", ",
-                    good.k_ascending, " ascending and ", good.k_descending, " descending are valid");
+  return message_of(in_use, " is too large together with ", name_of_k(opposite(direction)),
+                    "; valid values are k_ascending = ", good.k_ascending,
+                    " and k_descending = ", good.k_descending);
 }
 
 }  // namespace

@@ -165,7 +165,10 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"InputElsewhere", {Origin::virgin, {80, 20}, {}, 10, {}, 0}, 2, "input is 10"},
         Refusal{"TooMany", {Origin::virgin, {90, 10, 80, 20, 70, 30}, {}, 50, {}, 0}, 5, "at most as many"},
         Refusal{"ForeignOutput", {Origin::virgin, {80, 20}, {25.0, 9.0}, 50, {}, 0}, 0, "another model"},
-        Refusal{"OutputsMissing", {Origin::virgin, {80, 20}, {25.0}, 50, {}, 0}, 2, "one for each or none"},
+        Refusal{"OutputsMissing",
+                {Origin::virgin, {80, 20}, {25.0}, 50, {}, 0},
+                2,
+                "one output for each turning point or no output"},
         Refusal{"ForeignOutputAtRest", {Origin::lower_threshold, {}, {}, 0, 77.0, 0}, 0, "another model"},
         Refusal{"ForeignPresentOutput", {Origin::virgin, {80}, {}, 50, 3.0, 0}, 1, "another model"}),
     [](const auto& test) { return test.param.name; });
