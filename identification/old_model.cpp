@@ -100,8 +100,8 @@ Identified identify_from(const OldModel& old, const std::vector<Dataset>& datase
     refuse("the old model is a butterfly, expected a model without an output map");
   const model::OutputCreep::Config searched{.per_decade = old.creep ? old.creep->per_decade : 0.0};
   if (old.creep && *old.creep != searched)
-    refuse("the creep of the old model has lags from ", old.creep->from_s, " to ", old.creep->to_s,
-           " s, expected ", searched.from_s, " to ", searched.to_s);
+    refuse("the creep of the old model has time constants from ", old.creep->from_s, " to ", old.creep->to_s,
+           " s, expected ", searched.from_s, " to ", searched.to_s, " s");
   options.output = parameters.symmetry == model::Symmetry::even ? ShapeOfOutput::even : ShapeOfOutput::none;
   if (!options.shape && options.curves == CurveChoice::automatic) options.shape = shape_of(parameters);
   options.never_held_out = 1;

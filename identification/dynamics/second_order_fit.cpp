@@ -305,11 +305,11 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
   const bool at_the_edge = point[0] >= box.hi[0] - 1e-6 || point[1] >= box.hi[1] - 1e-6;
   if (at_the_edge || !is_determined(fit.natural_frequency_Hz, 1.5) || !is_determined(fit.damping_ratio, 5.0))
     throw ModeNotShown(text_of(
-        "natural frequency is anywhere from ", range_of(fit.natural_frequency_Hz),
-        " Hz and damping ratio from ", range_of(fit.damping_ratio),
-        ", expected a dataset that determines both values: excite more near the resonance, excite longer, or "
-        "sample faster;",
-        " this dataset shows only a lag"));
+        "the dataset allows natural frequencies from ", range_of(fit.natural_frequency_Hz),
+        " Hz and damping ratios from ", range_of(fit.damping_ratio),
+        ", expected a dataset that determines both values: move the drive more near the resonance, record "
+        "longer, or sample faster;",
+        " this dataset shows only a lag between drive and output"));
   constexpr double slowest_Hz = 1.0;
   if (fit.natural_frequency_Hz.value < slowest_Hz)
     refuse("natural frequency is ", in_three_digits(fit.natural_frequency_Hz.value),
@@ -317,7 +317,8 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
   if (fit.delay_s.hi < 0.0)
     throw ModeNotShown(text_of(
         "the best mode has a delay of ", in_three_digits(fit.delay_s.value),
-        " s, which is impossible: the mode is above half the sampling rate, or the input of a row is not ",
+        " s, which is impossible: the natural frequency is above half the sampling rate, or the input of "
+        "a row is wrong; the input must be ",
         "the drive from that row to the next row"));
 }
 

@@ -181,7 +181,8 @@ Inequalities normalised(const MatrixXd& g, const VectorXd& h) {
   Index count = 0;
   for (Index i = 0; i < g.rows(); ++i) {
     const double length = g.row(i).norm();
-    if (length == 0.0 && h[i] > 0.0) refuse("inequality ", i, " is 0 >= ", h[i], ", expected 0 or less");
+    if (length == 0.0 && h[i] > 0.0)
+      refuse("inequality ", i, " is 0 >= ", h[i], ", expected a right side of 0 or less");
     if (length == 0.0) continue;
     kept.g.row(count) = g.row(i) / length;
     kept.h[count++] = h[i] / length;
