@@ -36,7 +36,9 @@ void check(const Plant::Config& config) {
   if (!std::isfinite(t.period_s) || t.period_s <= 0.0)
     refuse("temperature period_s = ", t.period_s, ", expected a positive number");
   for (const double number : {t.swing_K, t.expansion_um_per_K, t.gain_per_K})
-    if (!std::isfinite(number)) refuse("temperature: ", number, ", expected a finite number");
+    if (!std::isfinite(number))
+      refuse("temperature: swing_K, expansion_um_per_K or gain_per_K is ", number,
+             ", expected a finite number");
 }
 
 Plant::Config checked(const Plant::Config& config) {

@@ -25,7 +25,7 @@ Config with_axes(Config config, const std::vector<std::string>& names) {
     for (const WiredAxisConfig& left : config.axes)
       if (is_named(kept.wire.name) && !is_named(left.wire.name) && share_a_node(kept.wire, left.wire))
         throw std::invalid_argument("axes \"" + kept.wire.name + "\" and \"" + left.wire.name +
-                                    "\" share a node, expected both axes or neither axis");
+                                    "\" share a node, expected both axes or neither axis in the twin");
   std::erase_if(config.axes, [&](const WiredAxisConfig& axis) { return !is_named(axis.wire.name); });
   std::erase_if(config.faults, [&](const FaultSpec& order) { return !is_named(order.axis); });
   for (WiredAxisConfig& axis : config.axes) {
