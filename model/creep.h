@@ -30,7 +30,7 @@ namespace hystcan::model {
 class Creep {
  public:
   struct Operator {
-    double weight = 0.0;      ///< output units per input unit; may be negative
+    double weight = 0.0;      ///< weight w, output units per input unit; may be negative
     double rate_per_s = 1.0;  ///< rate a: 1 / time constant, greater than 0
     double threshold = 0.0;   ///< distance r from the input at which the memory stops, input units; 0 or more
   };
@@ -52,8 +52,8 @@ class Creep {
 
  private:
   Operators operators_;
-  // For each operator, 1 - e^{-rate dt}: the part of its distance from the input that its memory covers in a
-  // step.
+  // For each operator, 1 - e^{-rate dt}. In a step, the memory of the operator covers this part of its
+  // distance from the input.
   std::vector<double> shares_;
 };
 
@@ -83,7 +83,7 @@ class Creep {
 ///   - The approximation is linear: the creep of successive steps adds up. Real creep has thresholds and adds
 ///     up only roughly.
 ///
-/// Throws std::invalid_argument if gamma is not finite, or unless 0 < from_s < to_s.
+/// Throws std::invalid_argument if gamma is not finite, or if 0 < from_s < to_s does not hold.
 Creep::Operators logarithmic_creep(double per_decade, double from_s, double to_s);
 
 }  // namespace hystcan::model

@@ -13,7 +13,8 @@ namespace hystcan::model {
 /// every compiler.
 class Fingerprint {
  public:
-  /// Adds values to the hash: texts, numbers or lists of numbers, in this order.
+  /// Adds the arguments to the hash, in the order in which they are passed. A value is a text, a number or a
+  /// list of numbers.
   template <class... Values>
   void add(const Values&... values) {
     (add_value(values), ...);

@@ -34,9 +34,11 @@ class HeldMode {
   int whole_cycles() const { return whole_cycles_; }  ///< number of whole cycles in the delay (m)
   /// Returns the matrix A: effect of the state on the next state (equation at the top of this file).
   const Eigen::Matrix2d& transition() const { return transition_; }
-  /// Returns the vector b_old: effect of the older drive, u[n-m-1], on state n + 1.
+  /// Returns the vector b_old: effect of the older drive on the next state (equation at the top of this
+  /// file).
   const Eigen::Vector2d& from_old() const { return from_old_; }
-  /// Returns the vector b_new: effect of the newer drive, u[n-m], on state n + 1.
+  /// Returns the vector b_new: effect of the newer drive on the next state (equation at the top of this
+  /// file).
   const Eigen::Vector2d& from_new() const { return from_new_; }
 
   /// Returns the state after one cycle. During the cycle, the delayed drive changes from `old_drive` to

@@ -86,7 +86,7 @@ inline const ExponentialConvergence::Convergence& ExponentialConvergence::pace(D
 
 inline double ExponentialConvergence::value(const Branch& branch, Direction direction, double input) const {
   const double d = between(input, branch.start_input);
-  // phi() is called first, so that no other value must be saved during its exp().
+  // phi() is called first: it calls exp(), and other values need not be saved in memory during this call.
   const double phi = pace(direction).phi(d);
   return parameters_.curve(direction).value(input) + (branch.offset - branch.coefficient * phi);
 }
@@ -181,7 +181,8 @@ Branch ExponentialConvergence::reversed(const HysteresisState& state) const {
     branch.coefficient = below.coefficient * pace(way).decay(between(state.input, below.start_input));
   }
   branch.coefficient += added_coefficient(state, branch.offset, target);
-  // S can be infinite if the distance to the target L_0 is a denormal number.
+  // S contains a division by phi(d). S can be infinite if d, the distance to the target L_0, is a denormal
+  // number.
   const bool overflow = !std::isfinite(branch.coefficient);
   if (overflow) branch.coefficient = 0.0;
   branch.increasing = !overflow && is_increasing(branch, way, target);

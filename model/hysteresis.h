@@ -82,7 +82,7 @@ class ExponentialConvergence {
     double curve_third = 0.0;
     double fading_third = 0.0;  // upper bound of |third derivative| of phi(d)
     // Inputs at which a branch may decrease although it increases at both ends. At these inputs, the
-    // following term turns from negative to positive:
+    // following term changes from negative to positive (symbols: top of this file):
     //   sigma (f_0' / h')' + k f_0'
     std::vector<double> flattest;
     double phi(double d) const;  // returns phi(d); its error is 1e-16 / k if `steep`, else rounding

@@ -39,7 +39,7 @@ struct FoundInput : Prediction {
   /// Value and derivatives of the branch at the last input that inverse() evaluated. The slope is 0 if
   /// inverse() evaluated no input.
   Expansion near{};
-  bool is_met = false;  ///< true if `near`, evaluated at the found input, gives its level to rounding
+  bool is_met = false;  ///< true if the expansion `near` gives the level at the found input to rounding
 };
 
 template <class M>

@@ -40,19 +40,20 @@ struct HysteresisParameters {
   /// Return the input map at the input v, h(v), and its derivative h'(v).
   double place(double v) const { return input_map ? input_map->value(v) : v; }
   double stretch(double v) const { return input_map ? input_map->slope(v) : 1.0; }
-  /// Return the two ends of the major loop: the lower convergence point L_0 and the upper threshold point
-  /// U_0.
+  /// Return the two ends of the major loop. L_0 (lower convergence point) is the point of the descending
+  /// curve at the lower threshold; U_0 (upper threshold point) is the point of both curves at the upper
+  /// threshold.
   Point lower_point() const { return {input_range().lo, descending.value(input_range().lo)}; }
   Point upper_point() const { return {input_range().hi, ascending.value(input_range().hi)}; }
   /// Returns the output of the model for a level. The level is the value of a branch: in a butterfly, the
   /// magnetisation or polarisation; in other models, the output itself.
   double output(double level) const { return output_map ? output_map->value(level) : level; }
-  /// Returns the interval of outputs for the levels from `low` to `high`. In a butterfly, the levels before
-  /// the valley of the output do not count.
+  /// Returns the interval of outputs for the levels from `low` to `high`. In a butterfly, the outputs of
+  /// levels before the valley of the output map do not count.
   Interval outputs(double low, double high) const {
     return output_map ? output_map->beyond_valley({low, high}) : Interval{low, high};
   }
-  /// Returns the interval of outputs between the lower convergence point and the upper threshold point.
+  /// Returns the interval of outputs between the two ends of the major loop, lower_point() and upper_point().
   Interval output_range() const { return outputs(lower_point().level, upper_point().level); }
 };
 

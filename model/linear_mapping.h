@@ -3,9 +3,10 @@
 //
 //   f(v) = x_s + b [f_0(v) - f_0(v_s)],      b = (x_target - x_s) / (f_0(v_target) - f_0(v_s))
 //
-// f_0 is the reference curve of the branch's direction.  The branch passes through both ends, but between
-// them it can leave the surrounding loop: the inner branches of a strongly bent curve cross the outer ones.
-// The recursive model avoids this.  The linear mapping model is a baseline for comparison.
+// The branch starts at (v_s, x_s) and its target is (v_target, x_target). f_0 is the reference curve of the
+// branch's direction.  The branch passes through both ends, but between them it can leave the surrounding
+// loop: the inner branches of a strongly bent curve cross the outer ones. The recursive model avoids this.
+// The linear mapping model is a baseline for comparison.
 #pragma once
 
 #include <cmath>
@@ -22,8 +23,8 @@ namespace hystcan::model {
 class AffineMap {
  public:
   using Parameters = HysteresisParameters;
-  /// Uses only the reference curves, the units and the symmetry, not k. Throws std::invalid_argument if the
-  /// curves are not valid (model/validity.h).
+  /// Uses the reference curves, the units and the symmetry of the parameters; ignores the convergence rates
+  /// k. Throws std::invalid_argument if the curves are not valid (model/validity.h).
   explicit AffineMap(HysteresisParameters parameters);
 
   const HysteresisParameters& parameters() const { return parameters_; }

@@ -1,10 +1,10 @@
 // The memory of an actuator: its turning points, and the branches that ended at them.
 //
 // Branches b_0, b_1, ... alternate in direction; the path is on the last one.  b_0 starts at a threshold
-// point and targets the opposite one.  b_j targets the start of b_{j-1}; `below` it is b_{j-2}, the branch of
-// the same direction that ended at the target.  When the path reaches the target of b_m, b_m and b_{m-1} are
-// popped (wiping out), and the path continues on b_{m-2} (curve alignment).  At a threshold only one branch
-// is left; it starts at that threshold.
+// point and targets the opposite one.  b_j targets the start of b_{j-1}. b_{j-2} has the same direction as
+// b_j and ended at this target; it is called the branch `below` b_j.  When the path reaches the target of
+// b_m, b_m and b_{m-1} are popped (wiping out), and the path continues on b_{m-2} (curve alignment).  At a
+// threshold only one branch is left; it starts at that threshold.
 //
 // A branch is a function from the input to the level. The level is the output of the model, except in a
 // butterfly: there the output is a map of the level (model/output_map.h). Memory, laws and memory files
@@ -63,9 +63,9 @@ class BranchStack {
   std::size_t size_ = 0;
 };
 
-/// Start of b_0, the outermost branch. For `virgin`, b_0 is the ascending reference curve f_0^A itself. Its
-/// start_input and start_level are those of L_0, the target of the falling branches, although L_0 is not on
-/// the curve.
+/// Start of b_0, the outermost branch. For `virgin`, b_0 is the ascending reference curve f_0^A itself.
+/// Falling branches from this curve target L_0, the point of the descending curve at the lower threshold.
+/// Therefore b_0 has the start_input and start_level of L_0, although L_0 is not on f_0^A.
 enum class Origin { virgin, lower_threshold, upper_threshold };
 constexpr auto words(Origin) {
   return std::to_array<std::string_view>({"virgin", "lower-threshold", "upper-threshold"});
@@ -108,7 +108,7 @@ struct TurningPoints {
   Origin origin = Origin::virgin;
   std::vector<double> inputs;  ///< inputs of the turning points
   std::vector<double> levels;  ///< levels of the turning points; if empty, the model computes them
-  double input = 0.0;          ///< present input, between the last turning point and its target
+  double input = 0.0;  ///< present input, between the last turning point and the target of the last branch
   std::optional<double> level;
   std::size_t merged = 0;
 };

@@ -35,9 +35,9 @@ concept BranchLaw = requires(const L& law, const Branch& branch, const Hysteresi
   { law.fingerprint() } -> std::same_as<std::uint64_t>;     // hash of all parameters
   { law.input_range() } -> std::convertible_to<Interval>;
   { law.symmetry() } -> std::same_as<Symmetry>;
-  // The branch that rises from the lower convergence point L_0, or falls from the upper threshold point U_0.
+  // The branch that rises from L_0, the lower end of the major loop, or falls from U_0, its upper end.
   { law.threshold_branch(direction) } -> std::same_as<Branch>;
-  // The branch of an empty memory; starts at L_0.
+  // The branch of an empty memory, with L_0 (the lower end of the major loop) as its start.
   { law.virgin_branch() } -> std::same_as<Branch>;
   { law.reversed(state) } -> std::same_as<Branch>;  // the branch that starts at the present point
   { law.value(branch, direction, v) } -> std::same_as<double>;
@@ -72,15 +72,17 @@ class MemoryModel {
 
   const Interval& input_range() const { return law_.input_range(); }
   Symmetry symmetry() const { return law_.symmetry(); }
-  /// Returns the outputs between the threshold points L_0 and U_0: every memory can reach them.
+  /// Returns the outputs between L_0 and U_0, the two ends of the major loop. Every memory can reach these
+  /// outputs.
   Interval output_range() const { return {lower_.start_level, upper_.start_level}; }
   /// Returns the outputs that this state can reach: inverse() returns an input for each without saturation.
   Interval reachable(const State& state) const;
   /// Returns the outputs that this state can reach with an input in `inputs` (>= 0 if symmetry is even).
   Interval reachable(const State& state, Interval inputs) const;
 
-  /// Returns an empty memory, at `input` on the initial ascending curve. `capacity`: branches, at least 4.
-  /// Throws std::invalid_argument if `input` is outside the thresholds or the capacity is too small.
+  /// Returns an empty memory, at `input` on the initial ascending curve. `capacity`: maximum number of stored
+  /// branches, at least 4. Throws std::invalid_argument if `input` is outside the thresholds or the capacity
+  /// is too small.
   State virgin(double input, std::size_t capacity = default_capacity) const;
   /// Returns the memory at a threshold point, where all earlier turning points are wiped out.
   State at_lower_threshold(std::size_t capacity = default_capacity) const;

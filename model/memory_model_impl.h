@@ -12,8 +12,8 @@
 
 namespace hystcan::model {
 
-/// The part of one branch on which the path arrives at its goal (an input, or the output of an inverse), and
-/// the change of the memory when the path goes there.
+/// The part of a branch on which the path arrives at its goal, and the change of the memory when the path
+/// moves to the goal. The goal is an input in forward(), and an output in inverse().
 template <BranchLaw Law>
 struct MemoryModel<Law>::Segment {
   Branch branch;
@@ -261,7 +261,8 @@ FoundInput MemoryModel<Law>::inverse(const State& state, double output) const {
   if (!std::isfinite(output)) return {{std::numeric_limits<double>::quiet_NaN(), false, true, false}};
   if (output > state.level && output >= upper_.start_level)
     return {{upper_.start_input, output > upper_.start_level, upper_.increasing, true}};
-  // No lower output can be reached on the virgin curve.
+  // The path is on the virgin curve, below the output of L_0. A falling branch would end at L_0, so no lower
+  // output can be reached.
   if (output < state.level && state.level < lower_.start_level)
     return {{state.input, true, increasing, true}};
   if (output < state.level && output <= lower_.start_level)
@@ -272,9 +273,9 @@ FoundInput MemoryModel<Law>::inverse(const State& state, double output) const {
   return solve(state, segment.branch, segment.direction, segment.begin, *segment.end, output);
 }
 
-// Returns the input, between `begin` and the start of `end`, at which the branch has the level `level`. If
-// this level differs from the start level of `end` only by rounding, returns the start of `end`, so that
-// rounding alone makes no turning point.
+// Returns the input at which the branch has the level `level`. The input is between `begin` and the start
+// input of the branch `end`. If `level` differs from the start level of `end` only by rounding, returns the
+// start input of `end`, so that rounding alone makes no turning point.
 //
 // The last evaluation of an earlier inverse gives a first guess. In most steps, one evaluation at the guess
 // is sufficient. After a reversal, the guess comes from another branch and costs one more evaluation;

@@ -40,8 +40,8 @@ class OutputCreep {
 
   /// Constructs an object without creep: the output of the actuator equals the output of the hysteresis.
   OutputCreep() = default;
-  /// Throws std::invalid_argument if a number is not finite, unless 0 < from_s <= to_s, if there would be
-  /// more than most_lags lags, or if all lags together delay more than half of the output.
+  /// Throws std::invalid_argument if a number is not finite, if 0 < from_s <= to_s does not hold, if there
+  /// would be more than most_lags lags, or if all lags together delay more than half of the output.
   explicit OutputCreep(const Config& config);
   explicit OutputCreep(const std::optional<Config>& config)
       : OutputCreep(config ? OutputCreep(*config) : OutputCreep()) {}
@@ -84,16 +84,16 @@ class OutputCreep {
 ///   h(t) = h_n   for t_n <= t < t_{n+1}
 ///   x_n  = h_n + w sum_i (y_i(t_n) - h_n)        y_i, w: outputs and weight of the lags, see OutputCreep
 ///
-/// inverse() finds h_n from x_n before h_n is known. The times of the rows must increase; their distance may
-/// vary. Before the first row, the creep is settled; if a state is given, the creep continues from this
-/// state.
+/// inverse() computes h_n from a wanted x_n; follow() then sets h_n. The times of the rows must increase;
+/// their distance may vary. Before the first row, the creep is settled; if a state is given, the creep
+/// continues from this state.
 class HeldCreep {
  public:
   struct State {
     OutputCreep::State creep;
     double h = 0.0;  ///< output h of the hysteresis in the last row, output units
-    /// Time of the last row. If it is `nullopt`, the creep has already been advanced to the time of the next
-    /// row: the first hold_until() does not advance it.
+    /// Time of the last row. `nullopt`: the creep has already been advanced to the time of the next row, so
+    /// that the first call of hold_until() does not advance the creep again.
     std::optional<double> time_s{};
   };
 

@@ -1,6 +1,6 @@
 // The output of a butterfly. Strain is the same for both directions of a magnetisation or polarisation m: as
 // m increases, the strain falls to a valley and rises from there. m itself is a recursive memory-based model
-// of the input, with a coercivity that the fold x(v) = x(-v) cannot represent.
+// of the input, with a coercivity. A model with even symmetry, x(v) = x(-v), cannot represent a coercivity.
 //
 //   m = H[v]        increases with the input, with memory
 //   x = g(m)        falls to the valley, then rises

@@ -64,10 +64,10 @@ struct PlayState {
 /// The model holds its parameters, which are checked once. The memory is in the PlayState that the caller
 /// passes; a state must have been made by this model.
 ///
-/// forward() and inverse() do not change the memory; advance() does. None of them allocates; each costs O(m).
-/// Inputs outside input_range() and outputs outside reachable() are replaced by the edge and flagged
-/// saturated. A non-finite argument is flagged not finite, and not saturated: forward() and inverse() return
-/// NaN; advance() changes nothing and returns the present output.
+/// forward() and inverse() do not change the memory; advance() does. None of the three allocates; each costs
+/// O(m), with m the number of plays. Inputs outside input_range() and outputs outside reachable() are
+/// replaced by the edge and flagged saturated. A non-finite argument is flagged not finite, and not
+/// saturated: forward() and inverse() return NaN; advance() changes nothing and returns the present output.
 class PrandtlIshlinskii {
  public:
   using State = PlayState;
@@ -101,8 +101,8 @@ class PrandtlIshlinskii {
   Prediction advance(State& state, double input) const;
   Prediction advance(State& state, const Prediction& found) const { return advance(state, found.value); }
 
-  /// Writes a [memory] table of kind "prandtl-ishlinskii": input, output, plays. Empty if `text` is too
-  /// small.
+  /// Writes a [memory] table of kind "prandtl-ishlinskii": input, output, plays. Returns an empty text if the
+  /// buffer `text` is too small.
   std::string_view save(const State& state, std::span<char> text) const;
 
  private:

@@ -41,8 +41,9 @@ struct PreisachParameters {
 class EverettLaw {
  public:
   using Parameters = PreisachParameters;
-  /// Throws std::invalid_argument if the range is not lo < hi, a number is not finite or negative, the number
-  /// of weights is not N (N + 1) / 2, or the output would not rise from threshold to threshold.
+  /// Throws std::invalid_argument if the range is not lo < hi, if a number is not finite, if gain or a weight
+  /// is negative, if the number of weights is not N (N + 1) / 2, or if the output would not rise from the
+  /// lower to the upper threshold.
   explicit EverettLaw(PreisachParameters parameters);
 
   const PreisachParameters& parameters() const { return parameters_; }
@@ -75,7 +76,8 @@ class EverettLaw {
 
   PreisachParameters parameters_;
   std::size_t levels_ = 0;
-  // below(rows, columns): weight of the first rows and columns of cells, for 0 to `levels` of each.
+  // Values of below(rows, columns): the total weight of the cells in the first `rows` rows and the first
+  // `columns` columns. `rows` and `columns` are from 0 to levels_.
   std::vector<double> below_;
 };
 

@@ -79,7 +79,8 @@ class ReferenceCurve {
   double curvature(double v) const {  ///< second derivative d2f/dv2
     return spline_ ? spline_->curvature(v) : curvature_(ds_dv_ * (v - centre_));
   }
-  /// Returns an upper bound of |d3f/dv3| on the interval; infinity if the outer knots of a spline are inside.
+  /// Returns an upper bound of |d3f/dv3| on the interval; infinity if the interval extends beyond the knots
+  /// of a spline.
   double third_derivative_bound() const;
   Jet jet(double v) const {
     if (spline_) return spline_->jet(v);

@@ -44,9 +44,10 @@ inline RootStep step_to(double value, const Expansion& from) {
 
 /// Stop criteria: the root is exact to rounding if one of them is met.
 struct RootTolerance {
-  double value = 0.0;  ///< the search ends if |f(v) - value| is at most this
-  /// Upper bound of the third derivative, |f'''|, from which is_last() computes the largest error of a Halley
-  /// step. The search also ends after a step whose error is at most `value`.
+  double value = 0.0;  ///< the search ends if f(v) differs from the wanted value by at most this
+  /// Upper bound of the magnitude of the third derivative of f. From this bound, is_last() computes the
+  /// largest possible error of a Halley step. The search also ends after a step with an error of at most
+  /// `value`.
   double third = std::numeric_limits<double>::infinity();
 };
 
@@ -72,7 +73,8 @@ struct Root {
   double input = 0.0;
   /// Value and derivatives of the function at the last input that was evaluated.
   Expansion near{};
-  /// True if f(input) equals the wanted value, and `near` gives f(input), within the tolerance.
+  /// True if f(input) equals the wanted value within the tolerance, and the expansion `near` gives f(input)
+  /// within the tolerance.
   bool is_met = false;
 };
 

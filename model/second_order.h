@@ -30,8 +30,8 @@ class SecondOrder {
     bool operator==(const Config&) const = default;
   };
   struct State {
-    double position = 0.0;  ///< output units
-    double velocity = 0.0;  ///< output units per second
+    double position = 0.0;  ///< position x, output units
+    double velocity = 0.0;  ///< velocity dx/dt, output units per second
   };
 
   /// Throws std::invalid_argument if a parameter is not finite or out of range, if dt_s <= 0, or if a step

@@ -142,15 +142,15 @@ struct Along {
   }
 };
 
-// Returns the grid of the reference curve of one direction. `seen` is descending for the scan from the upper
-// threshold: then both axes are reversed, so that falling branches rise. Thus one scan serves both
-// thresholds.
+// Returns the grid of the reference curve of one direction. `seen` is ascending for the scan from the lower
+// threshold, and descending for the scan from the upper threshold. In the second case, the grid reverses both
+// axes, so that falling branches rise. The same scan therefore works from both thresholds.
 Grid grid_of(const HysteresisParameters& p, Direction direction, Direction seen, std::size_t steps) {
   Grid grid;
   const ReferenceCurve& curve = p.curve(direction);
   const Interval& range = curve.domain();
   const double k = p.k(direction);
-  // With such a small k, phi(d) equals d to rounding (phi: model/hysteresis.h).
+  // If k is this small, the branch converges linearly: phi(d) equals d to rounding (phi: model/hysteresis.h).
   const bool straight = std::abs(k) * (p.place(range.hi) - p.place(range.lo)) <= 1e-17;
   grid.input = grid_of(range, curve.knots(), steps);
   if (seen == Direction::descending) std::ranges::reverse(grid.input);
@@ -206,8 +206,8 @@ class Scan {
       if (const auto branch = find_on_branch(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
     for (std::size_t l = 1; l < steps_; ++l) {
-      // Factors e^{-k d} and phi(d) of the rising branch from grid point l to u, and of the falling branch
-      // from u to l.
+      // Factors e^{-k d} and phi(d) of two branches: `up` rises from grid point l to grid point u, and `down`
+      // falls from u to l.
       Along up, down;
       double limit = coefficient_limit(l, up), farthest = 0.0, steepest = 0.0;
       std::size_t target = 0;

@@ -87,9 +87,9 @@ void check_branches(const HysteresisParameters& parameters);
 /// direction keeps its value. The interval contains the present k; if the present k is not valid, it contains
 /// 0. Returns `nullopt` if 0 is not valid either.
 ///
-/// The search is limited to -300 and 1e5 per input range. The ends of the interval are a hundred-thousandth
-/// of their value inside the limits of validity, so that they stay valid when written with six digits. Takes
-/// a tenth of a second at most.
+/// The search is limited to -300 and 1e5 per input range. Each end of the interval is moved inwards from the
+/// limit of valid k by a hundred-thousandth of its value, so that it stays valid when written with six
+/// digits. Takes a tenth of a second at most.
 std::optional<Interval> allowed_k(const HysteresisParameters& parameters, Direction direction);
 
 }  // namespace hystcan::model
