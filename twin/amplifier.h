@@ -32,7 +32,7 @@ struct DriveLimits {
   double omega = 1.0;                                           ///< corner frequency of the lag, 1/s
   double slew_per_s = 1.0;                                      ///< slew limit, drive units per second
   double load_rate_per_s = 0.0;                                 ///< R / L of an inductive load (rho), 1/s
-  double load_limit = std::numeric_limits<double>::infinity();  ///< limit V / R (P), A; infinite: no limit
+  double load_limit = std::numeric_limits<double>::infinity();  ///< limit P = V / R, A; infinity: no limit
 };
 
 // The drive amplifier: a first-order lag with limits.
@@ -62,9 +62,9 @@ class Amplifier {
   static constexpr double unlimited = std::numeric_limits<double>::infinity();
 
   struct Config {
-    double drive_min = 0.0;  ///< output range, drive units
+    double drive_min = 0.0;  ///< lower end of the output range, drive units
     double drive_max = 100.0;
-    double slew_per_s = 1e5;             ///< drive units per second, > 0
+    double slew_per_s = 1e5;             ///< maximum rate of the output, drive units per second, > 0
     double bandwidth_Hz = 1000;          ///< small-signal bandwidth (-3 dB), > 0
     double safe_drive = 0.0;             ///< output while the amplifier is disabled, drive units
     double current_limit_A = unlimited;  ///< maximum current into load_uF

@@ -43,7 +43,7 @@ enum class Fault : std::uint8_t {
   load_step,          ///< a force displaces the stage
   limited_output,     ///< the output's magnitude does not exceed the fault's value, and the amplifier
                       ///< still reports that it is enabled
-  sensor_gain,        ///< the motion in the sample since the fault began is multiplied by the value
+  sensor_gain,        ///< the sample shows the motion since the fault began, multiplied by the value
   sensor_offset,      ///< the fault's value is added to the position in the sample
   relay_opens,        ///< the amplifier disables itself; after the fault, it obeys the next Enable
 };
@@ -68,8 +68,8 @@ struct FaultTraits {
 };
 const FaultTraits& traits(Fault kind);
 inline std::string_view to_string(Fault kind) { return traits(kind).name; }
-/// Returns true if a fault of this kind acts on one axis; false if it acts on all frames of the node, and so
-/// on all axes of the node.
+/// Returns true if a fault of this kind acts on one axis; false if it acts on all frames of the node, and
+/// therefore on all axes of the node.
 bool acts_on_one_axis(Fault kind);
 /// Returns the names of all kinds of fault, in the order of the enumeration.
 const std::array<std::string_view, fault_count>& words(Fault);

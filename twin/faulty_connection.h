@@ -26,8 +26,8 @@
 
 namespace hystcan::twin {
 
-/// The message that a node sends for an axis, with access to its signals, counter and CRC, which faults
-/// change.
+/// The message that a node sends for an axis. The faults use this class to change the signals, the counter
+/// and the CRC of the message.
 class SentMessage {
  public:
   SentMessage(const can::Message& message, const can::MessageMap& map, std::string_view value_role,

@@ -60,7 +60,8 @@ model::SecondOrder::Config faster(model::SecondOrder::Config mode, double factor
   return mode;
 }
 
-// Sets the mode to rest and returns true if its distance from rest is negligible; otherwise returns false.
+// If the distance of the mode from rest is negligible, sets the mode to rest and returns true. Otherwise
+// returns false.
 bool settle(model::SecondOrder::State& state, const model::SecondOrder::Config& mode, double input_um) {
   constexpr double negligible_um = 1e-12;
   const double swing_um = state.velocity / mode.natural_frequency_Hz;
@@ -190,8 +191,8 @@ void Plant::move_target(double drive, can::Duration time) {
     ramp_->turn = std::min(ramp_->end, present_.time + can::Duration(std::llround(1e9 * turn_s)));
 }
 
-/// Gives the amplifier the target, course and rate of the state `at`, from the present time on. The output of
-/// the amplifier does not jump.
+/// Sets the target, course and rate of the amplifier to the values in `at`, from the present time on. The
+/// output of the amplifier does not jump.
 void Plant::aim(const Amplifier::State& at) {
   split();
   for (Motion* motion : {&settled_, &present_}) {
@@ -313,8 +314,8 @@ double Plant::stroke_um(const Motion& motion) const {
   return motion.hysteresis_um + motion.creep_um - late_share_ * (motion.hysteresis_um - start_um_);
 }
 
-// Returns the input of the mechanical modes, um. The gain is normally 1. The sum then has no rounding error,
-// because its term with (gain - 1) is exactly 0.
+// Returns the input of the mechanical modes, um. The gain is normally 1. The result then has no rounding
+// error, because the term with the factor (gain - 1) is exactly 0.
 inline double Plant::input_um(const Motion& motion) const {
   double gain = disturbance_.gain;
   double offset_um = disturbance_.load_um;

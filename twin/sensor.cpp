@@ -52,7 +52,8 @@ Sensor::Reading Sensor::measure(can::Time time, double position_um) {
 
 /// Solves the low pass y' = omega (x - y) over the time dt since the last stored point (x_0, y_0):
 ///   y = x - u + (y_0 - x_0 + u) e^{-omega dt},   u = (x - x_0) / (omega dt)
-/// x is the true position and moves linearly during dt. u is the distance by which y lags a steady ramp.
+/// x is the true position and moves linearly during dt. u is the distance by which y lags behind x on a
+/// steady ramp.
 Sensor::Point Sensor::low_passed(can::Time time, double position_um) const {
   if (config_.bandwidth_Hz == 0.0 || known_ == 0) return {time, position_um, position_um};
   const Point& last = point(0);

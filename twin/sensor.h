@@ -38,7 +38,7 @@ class Sensor {
   static constexpr double unbounded_um = std::numeric_limits<double>::infinity();
 
   struct Config {
-    double noise_um_rms = 0.0;               ///< standard deviation of one sample, >= 0
+    double noise_um_rms = 0.0;               ///< standard deviation of the white noise, >= 0
     double resolution_um = 0.0;              ///< least significant bit; 0: not quantised
     double noise_density_um_per_rtHz = 0.0;  ///< one-sided noise density; above 0 only with a bandwidth_Hz
     double bandwidth_Hz = 0.0;               ///< -3 dB frequency; 0: unlimited

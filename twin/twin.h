@@ -40,7 +40,8 @@ using TruthHandler = std::function<void(const Truth&)>;
 
 class Twin {
  public:
-  /// Throws std::invalid_argument if the database lacks a message of an axis or a parameter is out of range.
+  /// Throws std::invalid_argument if the database lacks a message of an axis, or if a parameter is out of
+  /// range.
   Twin(const Config& config, const can::Database& database, can::Scheduler& scheduler,
        const can::Attach& attach);
 
