@@ -12,7 +12,7 @@
 //
 //   f_{n+1}^A(v) = f_n^A(v) + (x_n^L - f_n^A(v_n^L)) g(v_n^U - v; v_n^U - v_n^L, k_A)
 //   f_{n+1}^D(v) = f_n^D(v) + (x_{n+1}^U - f_n^D(v_{n+1}^U)) g(v - v_n^L; v_{n+1}^U - v_n^L, k_D)
-//   g(s; S, k)   = (e^{ks} - 1) / (e^{kS} - 1)
+//   g(s; l, k)   = (e^{ks} - 1) / (e^{kl} - 1)
 //
 // The sum over all surrounding loops collapses into one term.  Every branch starts at (v_s, x_s) and is
 //

@@ -42,7 +42,7 @@ inline RootStep step_to(double value, const Expansion& from) {
   return {-r * (mild ? 2.0 * from.slope : 1.0) / (mild ? bent : from.slope), mild};
 }
 
-/// Stop criteria: the root is exact to rounding if one of them is met.
+/// The two stop criteria of a search. If one of them is met, the root is exact to rounding.
 struct RootTolerance {
   double value = 0.0;  ///< the search ends if f(v) differs from the wanted value by at most this
   /// Upper bound of the magnitude of the third derivative of f. From this bound, is_last() computes the

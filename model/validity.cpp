@@ -184,13 +184,14 @@ class Scan {
 
   /// Calls `found` with each decreasing branch, until `found` returns true. The candidates are the branch
   /// from the threshold, the falling branch from each grid point, and the rising branches from each grid
-  /// point. Of the rising branches from one grid point, only the branch that exceeds its limit most is a
-  /// candidate.
+  /// point. Of the rising branches from one grid point, only the branch whose coefficient S exceeds its limit
+  /// most is a candidate.
   template <class OnFound>
   void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
     // Factors e^{-k d} and phi(d) at each grid point, with the distance d from the threshold. `rising` is for
-    // the branch that rises from the threshold, and `fallen` for the falling branches that end there.
+    // the branch that rises from the threshold, and `fallen` for the falling branches that end at the
+    // threshold.
     std::vector<Along> rising(steps_ + 1), fallen(steps_ + 1);
     for (std::size_t i = 1; i <= steps_; ++i) {
       (rising[i] = rising[i - 1]).pass(rise_, i);
