@@ -9,8 +9,8 @@ double phi(double k, double d) { return std::abs(k * d) > 1e-17 ? -std::expm1(-k
 
 }  // namespace
 
-// Computes offset c and coefficient S of each branch at its reversal (model/hysteresis.h), as rows of the
-// linear problem.
+// Computes offset c and coefficient S of each branch at its reversal (model/hysteresis.h), as rows whose
+// product with theta is c or S.
 BranchRows::BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace)
     : basis_(basis), pace_(pace) {
   const auto count = static_cast<Eigen::Index>(path.branches.size());

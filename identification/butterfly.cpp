@@ -221,8 +221,8 @@ class Butterfly {
     linear_.unit = scale_weights(linear_.datasets, 2.0 * most);
   }
 
-  // Fits the output map, from the present inner variable m to the outputs. Moves the remaining offsets of m
-  // into the offsets of the outputs.
+  // Fits the output map from the present inner variable m to the outputs. If the fit of m found offsets
+  // between the datasets, they are first added to the offsets of the outputs.
   FittedMap fit_map(const Identified& found) {
     levels_ = levels_of(found.parameters, found, linear_.datasets);
     for (std::size_t i = 0; i < given_.size(); ++i) offsets_[i] += linear_.unit * found.offsets[i];

@@ -27,9 +27,9 @@ std::optional<double> output_at(const Dataset& dataset, const HalfCycle& half, d
          (dataset.output[i] - dataset.output[i - 1]) * (input - dataset.input[i - 1]) / step;
 }
 
-// Returns the RMS difference between a half cycle and its repeat, two half cycles later, over all repeats. A
-// repeat has the same ends, and the half cycles before the two must also have the same ends. Returns
-// `nullopt` if there are too few repeats.
+// Returns the RMS difference between a half cycle and its repeat, over all repeats. Half cycle j is the
+// repeat of half cycle j - 2 if both have the same ends, and if the half cycles j - 1 and j - 3 also have the
+// same ends. Returns `nullopt` if there are too few repeats.
 std::optional<double> repeatability_of(const Dataset& dataset, const std::vector<HalfCycle>& halves,
                                        double near) {
   double square = 0.0, count = 0.0;

@@ -48,7 +48,8 @@ void chebyshev_row(model::Interval thresholds, double input, Eigen::Ref<VectorXd
   for (Index i = 2; i < row.size(); ++i) row[i] = 2.0 * s * row[i - 1] - row[i - 2];
 }
 
-// Interpolates the map at the Greville points: if the values there increase, the spline increases everywhere.
+// The coefficients of the map are its values at the Greville points. If these values increase, the spline
+// increases everywhere.
 CurveShape CurveShape::mapped(const std::function<double(double)>& course, model::Interval observed,
                               double share) const {
   const double low = course(observed.lo), rise = course(observed.hi) - low;
@@ -134,8 +135,9 @@ VectorXd CurveBasis::line() const {
   return theta;
 }
 
-// The gap 2 (1 - t) is a constant minus a line: 1 - (2 t - 1). This gap is zero at the upper threshold. For a
-// spline, its coefficients q in theta are therefore the first n coefficients of constant() - line().
+// The gap between the two curves is 2 (1 - t); t is the relative input from 0 to 1. The gap equals a curve of
+// constant() minus a curve of line(), and it is zero at the upper threshold. For a spline, the n coefficients
+// q of the gap are therefore the first n coefficients of constant() - line().
 VectorXd CurveBasis::open() const {
   VectorXd theta = VectorXd::Zero(unknowns());
   if (shape_.is_spline())
@@ -146,7 +148,8 @@ VectorXd CurveBasis::open() const {
 }
 
 MatrixXd CurveBasis::regularisation() const {
-  // Factor of the squares of all coefficients in this form; for polynomials, it grows with the order.
+  // Factor of the square of each coefficient in the quadratic form. For a polynomial, the factor grows with
+  // the order of the coefficient.
   constexpr double weak = 1e-11;
   MatrixXd R = MatrixXd::Zero(unknowns(), unknowns());
   const Index n = size() - 1;

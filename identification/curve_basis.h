@@ -74,7 +74,7 @@ class CurveBasis {
   /// Returns a row whose product with theta is a sum of values (or slopes) of one reference curve at several
   /// inputs. `sum` is the sum of the rows that values() (or slopes()) computes at these inputs.
   Eigen::VectorXd row(model::Direction direction, const Eigen::VectorXd& sum) const;
-  /// Returns the matrix R of one reference curve, with which row(direction, sum) equals R times `sum`.
+  /// Returns the matrix R of one reference curve: row(direction, sum) equals R times `sum`.
   Eigen::MatrixXd rows(model::Direction direction) const;
   /// Returns a row whose product with theta is the gap between the curves, (f_0^D - f_0^A) / (2 (1 - t)), at
   /// the relative input t = (v - v_lo) / (v_hi - v_lo). The gap is divided by 1 - t because it is zero at t =

@@ -39,7 +39,7 @@ struct Dataset {
 };
 
 /// Returns the time of sample i, scaled so that the first sample has -1/2 and the last one 1/2. A linear
-/// drift is proportional to it.
+/// drift is proportional to this scaled time.
 inline double drift_course(std::span<const double> time_s, std::size_t i) {
   return (time_s[i] - time_s.front()) / (time_s.back() - time_s.front()) - 0.5;
 }
@@ -54,14 +54,14 @@ double median(std::vector<double> values);
 std::vector<std::size_t> turning_points(const Dataset& dataset, double least_swing);
 
 /// Returns the swing of the input above which a reversal counts as a turning point in a search. Smaller
-/// swings are noise; the samples that a search keeps are enough to follow them. `span` is the span of the
-/// inputs of all datasets.
+/// swings count as noise. The search does not keep their turning points, only its evenly spaced samples.
+/// `span` is the span of the inputs of all datasets.
 double least_swing(const Dataset& dataset, double span);
 
 /// A half cycle: the samples from one turning point to the next, including both.
 struct HalfCycle {
-  std::size_t begin = 0, end = 0;  ///< index of its first sample, and one past its last sample
-  double from = 0.0, to = 0.0;     ///< inputs of its first and its last sample
+  std::size_t begin = 0, end = 0;  ///< index of the first sample, and index after the last sample
+  double from = 0.0, to = 0.0;     ///< inputs of the first and the last sample
 };
 
 /// Returns the half cycles of a dataset, which together contain all samples. `least_swing`: see

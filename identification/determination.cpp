@@ -18,8 +18,8 @@ namespace {
 constexpr double nearly_best = 1.1;  // an RMS error up to this multiple of the smallest one is as good
 constexpr int evaluations_of_each = 30;
 
-// Finds how far one number of a trial can move before the error grows. The numbers that can compensate the
-// move get their best values each time: both k, and the delay if there is one.
+// Finds how far one number of a trial can move before the error grows. After each move, the numbers that can
+// compensate the move get their best values: both k, and the delay if there is one.
 class Valley {
  public:
   Valley(const Problem& problem, const SearchResult& found, double Trial::*number, model::Interval allowed,
@@ -31,11 +31,12 @@ class Valley {
         go_on_(go_on),
         largest_rms_(nearly_best * fit_.fit(trial_).rms) {}
 
-  // Moves the number in the direction of `step`. Returns the last trial whose error is as good, with a
-  // resolution of a quarter of the step.
+  // Moves the number in the direction of `step`. Returns the last trial whose error is at most 1.1 times the
+  // smallest error, with a resolution of a quarter of the step.
   Trial farthest(double step) {
     Trial last = trial_;
-    // Smallest known distance from the best value at which the error is not as good; 0 if unknown.
+    // Smallest known distance from the best value at which the error exceeds 1.1 times the smallest error; 0:
+    // no such distance is known.
     double beyond = 0.0;
     const auto try_at = [&](double from_best) {
       Trial next = last;

@@ -27,7 +27,8 @@ class Excerpt {
   double first_input() const { return dataset_->input.front(); }
   /// Returns the kept samples with a delayed input and without creep. The outputs are then those of the
   /// hysteresis alone. The creep is settled at the first sample, and it does not advance at samples that are
-  /// left out. The result also contains the turning points, which are marked as left out.
+  /// left out. The result also contains all turning points, because the memory depends on them; they are
+  /// marked as left out.
   Dataset delayed_by(double delay_s, const model::OutputCreep& creep = {}) const;
 
  private:
@@ -39,8 +40,8 @@ class Excerpt {
   std::span<const int> fold_;
   std::size_t stride_;
   std::vector<std::size_t> turning_points_;
-  // Outputs of the kept samples after the creep was removed. There is one column for each of some weights of
-  // the creep. Computed when first needed.
+  // Outputs of the kept samples after the creep was removed. Each column belongs to one weight of the creep;
+  // kept_without() interpolates between these weights. The matrix is computed when it is first needed.
   mutable Eigen::MatrixXd without_creep_;
 };
 

@@ -25,8 +25,8 @@ constexpr int most_pieces = 22;           // maximum number of pieces of a splin
 constexpr std::size_t finer_samples = 5;  // the last steps of a search use so many times more samples
 constexpr double worth_creep = 0.97;      // maximum score of a model with creep, relative to one without
 constexpr double shows_creep_s = 0.005;   // longer time steps do not show creep (half of the shortest lag)
-// If no sample is on the ascending reference curve, the curve is replaced (ascending_choice.h); the output
-// must change by less than this share of the RMS error.
+// If no sample is on the ascending reference curve, this curve is replaced (ascending_choice.h). The new
+// curve may change the output by at most this share of the RMS error.
 constexpr double unnoticed = 0.1;
 constexpr double rounding = 1e-9;  // tolerance for rounding errors, as a share of the output range
 
@@ -247,7 +247,7 @@ class Identification {
                                      : is.sample_time_s;
   }
 
-  // Decides by the held-out errors of two searches if the model has creep: other unknowns can replace creep.
+  // Decides if the model has creep: compares the held-out errors of a search with creep and one without.
   void choose_creep(const Problem& finer) {
     SearchResult& found = result_.search;
     found = search(problem_, finer, options_);
@@ -391,7 +391,7 @@ Identified identify(const std::vector<Dataset>& datasets, IdentifyOptions option
   const std::vector<double> references = reference_outputs(datasets, one_zero);
   if (std::ranges::all_of(references, [](double reference) { return reference == 0.0; }))
     return identify_near_zero(datasets, options);
-  // A gain relative to one zero far from the outputs would shift the outputs: all datasets get one gain.
+  // Relative to one zero far from the outputs, a gain acts like an offset. All datasets get the same gain.
   options.common_gain = options.common_gain || one_zero;
   std::vector<Dataset> near_zero = datasets;
   move_outputs(near_zero, references, -1.0);

@@ -49,8 +49,8 @@ struct Identified {
   /// The result of the second search: without creep if this model has creep, with creep if this model has
   /// none. `nullopt` if there was only one search.
   std::optional<SearchResult> alternative;
-  /// Gains of the datasets that could explain the outputs instead of creep. `nullopt` if they fit worse than
-  /// creep, or if the gains were given.
+  /// Gains of the datasets that could explain the outputs instead of creep. `nullopt` if these gains fit
+  /// worse than creep, or if the gains were given.
   std::optional<GainsInstead> gains_instead;
   /// For each dataset, its prediction by a fit to the other datasets; empty if there is only one dataset.
   std::vector<LeftOut> left_out;

@@ -18,10 +18,10 @@ struct Identified;
 
 struct Misfit {
   double speed = 0.0;       ///< mean speed of the input in all records, input units per second
-  double lowest = 0.0;      ///< lower end of the first octave, 1/input unit
+  double lowest = 0.0;      ///< lower end of the first octave, periods per input unit
   std::vector<double> rms;  ///< RMS of the residual in each octave, output units
 
-  /// Returns the middle of an octave, 1/input unit. Octaves count from 0.
+  /// Returns the middle of an octave, periods per input unit. The first octave has the number 0.
   double middle(std::size_t octave) const;
 };
 

@@ -24,16 +24,17 @@ struct NormalEquations {
   /// Subtracts the equations `other`, multiplied by `share`. `other` must be a part of the sum in these
   /// equations.
   void take_away(const NormalEquations& other, double share);
-  /// Adds equations with other unknowns. The first `shared` unknowns of `other` are the first unknowns here.
-  /// The remaining unknowns of `other` have the places from `own` on here.
+  /// Adds the equations `other`, which have other unknowns. The first `shared` unknowns of `other` are the
+  /// first unknowns of this object. The remaining unknowns of `other` are the unknowns of this object from
+  /// index `own` on.
   void add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own);
   /// Returns false if the equations contain infinite numbers: branches overflow if a k is very negative.
   bool is_finite() const { return H.allFinite() && g.allFinite(); }
   /// Divides all right sides y by `gain`.
   void divide_outputs(double gain);
   double residual_square(const Eigen::VectorXd& theta) const;
-  /// Makes the residual independent of the part of theta along `direction`. Then, for every theta, the
-  /// residual is the smallest residual of all theta + a direction, with any number a.
+  /// Makes the residual independent of the part of theta along `direction`. For every theta, the new residual
+  /// is the smallest of the former residuals at theta + s * direction, over all numbers s.
   void leave_out(const Eigen::VectorXd& direction);
 };
 
@@ -41,7 +42,7 @@ struct NormalEquations {
 /// the first unknowns, with the best values of the last unknowns.
 class Eliminated {
  public:
-  /// `remaining`: number of the first unknowns, which are not eliminated.
+  /// `remaining`: number of unknowns that are not eliminated; they are the first ones of `system`.
   Eliminated(const NormalEquations& system, Eigen::Index remaining);
 
   const NormalEquations& rest() const { return rest_; }

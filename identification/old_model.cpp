@@ -16,10 +16,10 @@ constexpr double old_share = 1e-3;
 // Number of first-order reversal curves from each branch of the major loop.
 constexpr int reversal_curves = 6;
 constexpr double least_rows = 400.0;  // minimum number of rows that represent the old model
-// The old delay is left out if the error without it is below this multiple of the error with it.
+// The old delay is left out if the error without delay is below this multiple of the error with this delay.
 constexpr double worth_no_delay = 0.97;
-// Maximum number of dataset rows for one row of the old model. The search thins all datasets equally, so the
-// old model needs enough rows.
+// The old model gets at least one row for this number of dataset rows. The search keeps the same share of the
+// rows of every dataset. With fewer rows, too few rows of the old model would remain.
 constexpr double rows_of_datasets_to_one = 60.0;
 
 /// Returns the inputs at which the path through the old model turns. The path begins at the upper threshold,
@@ -105,7 +105,7 @@ Identified identify_from(const OldModel& old, const std::vector<Dataset>& datase
   options.output = parameters.symmetry == model::Symmetry::even ? ShapeOfOutput::even : ShapeOfOutput::none;
   if (!options.shape && options.curves == CurveChoice::automatic) options.shape = shape_of(parameters);
   options.never_held_out = 1;
-  // The loops of the old model reach its thresholds, so that the observed inputs include them.
+  // The loops of the old model reach its thresholds, so that the observed inputs extend to these thresholds.
   options.observed_thresholds = true;
   std::vector<Dataset> all = datasets;
   if (!options.creep_per_decade) options.creep_per_decade = old.creep ? old.creep->per_decade : 0.0;

@@ -8,8 +8,8 @@ namespace hystcan::identification {
 namespace {
 
 constexpr double most_spans_from_zero = 10.0;
-// Minimum span of an output that is not constant, as a share of the output. characterisation.h refuses a
-// constant output.
+// Minimum span of an output that is not constant, as a share of the output's magnitude. characterisation.h
+// refuses a constant output.
 constexpr double constant_output = 1e-12;
 
 double reference_of(const Dataset& dataset) {

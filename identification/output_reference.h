@@ -10,9 +10,10 @@
 
 namespace hystcan::identification {
 
-/// Returns the reference output of each dataset: the middle of its outputs. The reference is 0 if the middle
-/// is within ten times the span of the outputs, where squares have enough digits, or if the output is
-/// constant. `one_zero`: every dataset gets the reference of the first dataset.
+/// Returns the reference output of each dataset: the middle of its outputs. The reference is 0 if the
+/// magnitude of the middle is at most ten times the span of the outputs, because the squares of such outputs
+/// have enough digits. It is also 0 if the output is constant. `one_zero`: every dataset gets the reference
+/// of the first dataset.
 std::vector<double> reference_outputs(const std::vector<Dataset>& datasets, bool one_zero);
 
 /// Adds `sign` times the reference of its dataset to each output.

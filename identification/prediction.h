@@ -62,7 +62,7 @@ struct Lag {
   double delay_s = 0.0;
   /// Mode with its own delay; if it is set, delay_s is ignored.
   std::optional<model::Dynamics> dynamics{};
-  /// Creep before the dynamics; settled at the first sample.
+  /// Creep between the hysteresis and the dynamics. At the first sample, the creep is settled.
   std::optional<model::OutputCreep::Config> creep{};
 
   double delay() const { return dynamics ? dynamics->delay_s : delay_s; }

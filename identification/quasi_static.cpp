@@ -30,7 +30,7 @@ std::vector<double> without_creep(const model::OutputCreep& creep, const std::ve
   constexpr double as_long = 1e-9;  // time steps whose relative difference is smaller count as equally long
   const std::vector<double>& rates_per_s = creep.rates_per_s();
   model::OutputCreep::State state;
-  // For each lag of the creep, the share of its distance from the output h that it covers in one time step.
+  // In one time step, each lag of the creep covers this share of its distance from the output h.
   std::vector<double> share(rates_per_s.size());
   double step_s = 0.0, h = 0.0;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
@@ -52,8 +52,8 @@ std::vector<double> without_creep(const model::OutputCreep& creep, const std::ve
 
 namespace {
 
-// Maximum deviation of a row from its cycle, in cycles. Such a deviation matters little: a late SYNC delays
-// the sample and the drive together.
+// Maximum deviation of a row's time from the time of its cycle, as a share of a cycle. Such a deviation
+// matters little: a late SYNC delays the sample and the drive together.
 constexpr double unevenness = 0.1;
 
 constexpr double two_pi = 2.0 * std::numbers::pi;

@@ -15,8 +15,8 @@ namespace hystcan::identification {
 
 struct Identified;
 
-/// Adds creep to the outputs of a hysteresis. `start` is the state of the creep at the first row; without it,
-/// the creep is settled there.
+/// Adds creep to the outputs of a hysteresis. `start` is the state of the creep at the first row; without
+/// `start`, the creep is settled at the first row.
 std::vector<double> with_creep(const model::OutputCreep& creep, const std::vector<double>& time_s,
                                std::vector<double> outputs,
                                const std::optional<model::HeldCreep::State>& start = {});

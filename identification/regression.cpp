@@ -84,10 +84,11 @@ void Regression::sum_up() {
   }
 }
 
-// Adds the part of the normal equations that depends on k, for one run of samples. A sample has the row R B +
-// c - S phi: R is the matrix of its direction, B its basis functions, c and S the rows of its branch. The
-// term R BB' R' is already in base_. The other terms of H are products of the two columns of `left` and
-// `right`.
+// Adds the part of the normal equations that depends on k, for one run of samples on a branch. The row of a
+// sample is R B + c - S phi. B are the basis functions at the input, R is the matrix of the branch's
+// direction (CurveBasis::rows()), c and S are the rows of the branch (BranchRows), and phi is phi(d). The
+// term R BB' R' of the matrix H is already in base_. The other terms of H are products of the two columns of
+// `left` and `right`.
 void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& rows, NormalEquations& to,
                          Eigen::Ref<Eigen::MatrixXd> left, Eigen::Ref<Eigen::MatrixXd> right) const {
   const Direction direction = path_.branches[run.branch].direction;

@@ -6,8 +6,8 @@
 
 namespace hystcan::identification {
 
-/// Limits for the decisions of a search. If no unit is given, an error or a score (ShapeScore) is relative: 1
-/// is its value without the change that is tried.
+/// Limits for the decisions of a search. If no unit is given, an error or a score (ShapeScore) is a share of
+/// its value without the change that is tried.
 struct SearchCriteria {
   // An unknown is added if both errors fall to the following limits.
   /// Maximum error with the unknown, relative to the error without it. If this limit were 1, the held-out
@@ -21,8 +21,8 @@ struct SearchCriteria {
   /// third for the wing record. If unknowns were dropped even earlier, the error would grow by 1 %.
   double promising = 0.995;
   // One common k replaces k_ascending and k_descending if the errors stay below the following limit.
-  /// Maximum error and held-out error with one k, relative to the errors with two. Costs a piezo stage 3 % of
-  /// its error.
+  /// Maximum error and held-out error with one k, relative to the errors with two. This limit makes the error
+  /// of a piezo stage 3 % larger.
   double one_k = 1.05;
 
   // Limits for the selection of the curve shape.
@@ -43,8 +43,8 @@ struct SearchCriteria {
   /// error of the iron record is 4.9 % instead of 1.4 %. With a restart in every case, the piezo stages take
   /// 2.5 times as long without benefit.
   double poor = 0.01;
-  /// Maximum score of a spline, relative to a polynomial, before k is searched again; above this limit, the
-  /// spline is dropped. Halves the time for PZT.
+  /// Maximum score of a spline before k is searched again, relative to the score of the polynomial. Above
+  /// this limit, the spline is dropped. This halves the time for PZT.
   double hopeless_spline = 1.25;
   /// Maximum score of a spline that replaces a polynomial, relative to the score of the polynomial. The limit
   /// is below 1, because a spline has more coefficients.
@@ -65,8 +65,8 @@ struct SearchCriteria {
   /// Maximum distance of a threshold from the inputs, in input spans.
   double farthest_threshold = 3.0;
   /// A spline has short pieces where the output is steep, and loops inside such a piece need a large k. If
-  /// its shortest piece is shorter than this share of the input span, the maximum k is larger by the quotient
-  /// of the two.
+  /// the shortest piece is shorter than this share of the input span, the maximum k is multiplied by the
+  /// quotient: this share of the span, divided by the length of the piece.
   double steep_part = 0.05;
 };
 

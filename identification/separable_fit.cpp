@@ -155,7 +155,8 @@ std::vector<LeftOut> SeparableFit::left_out(const Trial& trial) {
 }
 
 // Returns the errors of a fold, predicted with the unknowns `shared`. The offset of the fold does not count
-// as an error. The first dataset has no offset of its own; for it, a constant is added to the curves instead.
+// as an error. The first dataset has no unknown offset. A constant that is added to the curves therefore does
+// not count as an error either.
 LeftOut SeparableFit::judged(const NormalEquations& fold, const Eigen::VectorXd& shared) const {
   NormalEquations own = Eliminated(fold, shared_unknowns()).rest();
   if (std::ranges::any_of(problem_.nuisances, &Nuisances::offset)) {

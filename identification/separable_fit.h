@@ -36,7 +36,7 @@ struct Trial {
   double gain(std::size_t dataset) const { return gains.empty() ? 1.0 : gains[dataset]; }
 };
 
-/// Maximum creep per decade in a search. The limit in model/output_creep.h is 1/6: with the lags of a search,
+/// Maximum creep per decade in a search. The limit in model/output_creep.h is 1/6 for the lags of a search:
 /// half of the output would then arrive late.
 inline constexpr double most_creep_per_decade = 0.16;
 /// Returns a creep with the lags of a search; returns `nullopt` if `per_decade` is zero.
@@ -92,7 +92,7 @@ struct LeftOut {
 class SeparableFit {
  public:
   /// Number of grid steps in a check of the branches. The search uses `coarse_scan`. The final model is
-  /// checked with `fine_scan`, as every model that is read from a file.
+  /// checked with `fine_scan`, like every model that is read from a file.
   static constexpr std::size_t coarse_scan = 50, fine_scan = 200;
   SeparableFit(const Problem& problem, CurveShape shape, std::size_t scan_steps);
 

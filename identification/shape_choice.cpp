@@ -81,7 +81,7 @@ std::vector<Sample> pooled(std::vector<Sample> samples) {
   return blocks;
 }
 
-// Returns the output at an input, interpolated linearly between the blocks.
+// Returns the output at an input, interpolated linearly between the points of `course`.
 double output_at(const std::vector<Sample>& course, double input) {
   const auto after = std::ranges::lower_bound(course, input, {}, &Sample::input);
   if (after == course.begin()) return course.front().output;

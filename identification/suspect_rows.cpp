@@ -53,8 +53,8 @@ std::vector<bool> marked(const std::vector<SuspectRow>& suspects, std::size_t ro
   return is_suspect;
 }
 
-/// Returns the rows whose value is too far from the median of the rows around it. `allowed(row)` is a
-/// distance that is not suspect in this row, in addition to the limits for all rows.
+/// Returns the rows whose value is too far from the median of the rows around it. The distance must exceed
+/// the limits for all rows, and also allowed(row), the limit for this row.
 std::vector<SuspectRow> suspects_of(const std::vector<double>& values,
                                     const std::function<double(std::size_t)>& allowed) {
   std::vector<SuspectRow> suspects;
@@ -246,8 +246,8 @@ bool has_same_rows(const Dataset& a, const Dataset& b) {
   const auto elapsed_s = [](const Dataset& of, std::size_t from, std::size_t to) {
     return of.time_s[to] - of.time_s[from];
   };
-  // Compares the highest input first, because it finds a wrong shift at once. Records often begin at rest,
-  // where every shift fits.
+  // Compares the row with the highest input first. If the start row `first` is wrong, this row usually
+  // differs. The first rows are not suitable, because many records begin at rest.
   const auto highest =
       static_cast<std::size_t>(std::ranges::max_element(shorter.input) - shorter.input.begin());
   for (std::size_t first = 0; first + shorter.size() <= longer.size(); ++first) {

@@ -26,14 +26,14 @@ class TrialCost {
   /// not below `limit`, the result may also be infinity.
   double operator()(const Trial& trial, double limit = infinite_cost);
 
-  /// Returns the values of k times span with which a search starts: the given ones, and also larger ones if
-  /// the curves are steep.
+  /// Returns the values of k times span with which a search starts: the values `k_spans`, and also larger
+  /// values if the curves are steep.
   std::vector<double> paces(std::vector<double> k_spans) const;
 
   const Problem& problem() const { return problem_; }
   const IdentifyOptions& options() const { return options_; }
   bool go_on() const { return options_.go_on(); }
-  /// Returns the fit that belongs to the shape in the last use().
+  /// Returns the fit for the shape that the last call of use() set.
   SeparableFit& fit() { return *fit_; }
 
  private:

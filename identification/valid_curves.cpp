@@ -65,8 +65,8 @@ struct Bound {
 };
 
 // Returns the best theta that satisfies the inequalities. In each round, the inequality that is violated
-// most, relative to its bound, is added; it increases the residual and may make others inactive. Stops when
-// the residual exceeds the limit; theta then may satisfy only some of the inequalities.
+// most, relative to its bound, becomes active. This increases the residual and may make other inequalities
+// inactive. Stops when the residual exceeds the limit; theta then may satisfy only some of the inequalities.
 Eigen::VectorXd best_with(const std::vector<Bound>& bounds, WithinRows& least_squares,
                           const NormalEquations& system, double largest_square) {
   for (std::size_t exchanges = 10 * (bounds.size() + 1); exchanges > 0; --exchanges) {
@@ -134,7 +134,8 @@ void ValidCurves::add_cuts(std::vector<model::DecreasingBranch> branches) {
 }
 
 // Returns the row whose product with theta is the slope of a decreasing branch, at the input where this slope
-// is lowest. The path to this branch begins at the threshold from which model/validity.h scans it.
+// is lowest. The path to this branch begins at the threshold from which the scan of model/validity.h found
+// the branch.
 Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pace& pace) const {
   const model::Interval& thresholds = basis_.thresholds();
   const auto input = [&](double spans) {
@@ -174,8 +175,9 @@ void ValidCurves::separate_curves(Eigen::VectorXd& theta, double bound) const {
   if (gap < 0.0) theta += (bound - gap) * basis_.open();
 }
 
-// Makes all slopes valid by mixing theta with a straight line without a loop. The slopes are linear in theta,
-// and the line has the same slope everywhere. The share of the line depends on the violation.
+// Makes all slopes valid by mixing theta with a model without a loop, whose two curves are the same straight
+// line. The slopes are linear in theta, and the line has the same slope everywhere. The share of the line
+// depends on the violation.
 void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,
                                 double least_rise) const {
   Eigen::MatrixXd lines(theta.size(), 2);

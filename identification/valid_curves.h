@@ -31,7 +31,7 @@ class ValidCurves {
     bool beyond_limit = false;
   };
   /// Returns the best valid curves. `output_span` and `input_span` are the spans of the dataset. Ends early
-  /// if no valid curves have an RMS error of at most `limit`.
+  /// if all valid curves have an RMS error above `limit`.
   Solution solve(const NormalEquations& system, model::Interval thresholds, const Pace& pace,
                  double output_span, double input_span,
                  double limit = std::numeric_limits<double>::infinity());

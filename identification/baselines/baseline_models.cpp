@@ -28,9 +28,9 @@ model::Preisach relays(const model::Interval& range, std::size_t cells, std::siz
   return model::Preisach({"", "", range, 0.0, 0.0, weights});
 }
 
-/// Returns the model with an ascending curve that is not longer than the descending curve. ascending_choice.h
-/// may have selected a longer ascending curve. If the shortened curve is not valid, the descending curve
-/// replaces it.
+/// Returns the model with an ascending curve that has no more coefficients than the descending curve.
+/// ascending_choice.h may have selected an ascending curve with more coefficients. If the curve is not valid
+/// without them, the descending curve replaces it.
 model::HysteresisParameters of_one_order(model::HysteresisParameters p) {
   std::vector<double> a = p.ascending.coefficients();
   const std::size_t count = p.descending.coefficients().size();

@@ -15,7 +15,7 @@
 // it is. Therefore each model with memory is fitted after each of four histories, and the best fit is kept:
 //
 //   - the given prehistory, if there is one;
-//   - none: the virgin state of the model at the first input (plays centred; on the ascending curve);
+//   - none: the model is in its virgin state at the first input;
 //   - up to range.hi, then down to range.lo;
 //   - down to range.lo, then up to range.hi.
 //
@@ -56,7 +56,7 @@ struct BaselineModel {
 };
 
 // The following fits throw std::invalid_argument if the columns of the samples differ in length, if a number
-// is not finite, if a weight is negative, if no weight is positive, or unless range.lo < range.hi.
+// is not finite, if a weight is negative, if no weight is positive, or if range.lo < range.hi does not hold.
 
 /// Fits the average model: one polynomial of the given order, 0 to 32, without memory.
 BaselineModel fit_average(const Samples& samples, std::size_t order);

@@ -17,7 +17,8 @@ void check_column(const char* name, std::span<const double> values, std::size_t 
 
 using Eigen::Index;
 
-// Fits offset, gain and the weights of all operators, after one history. The unknowns are in this order.
+// Fits offset, gain and the weights of all operators, after one history. The unknowns have this order:
+// offset, gain, weights.
 Fit fit_after(const History& history, const Samples& samples, const std::vector<std::size_t>& places,
               std::size_t operators, const OperatorColumn& column) {
   Eigen::MatrixXd rows(2 + static_cast<Index>(operators), static_cast<Index>(places.size()));

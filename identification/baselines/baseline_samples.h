@@ -46,7 +46,7 @@ typename Operator::State after(const Operator& op, const History& history) {
   return state;
 }
 
-/// Calls go_on of the samples. Throws Stopped if it returns false.
+/// Calls samples.go_on(); throws Stopped if go_on() returns false.
 void look(const Samples& samples);
 
 /// Runs an operator over all samples, after a history. Returns the value read(state) after each sample.

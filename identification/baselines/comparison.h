@@ -13,7 +13,8 @@
 // Every baseline has the delay, the thresholds and the initial memory of the identified model. If symmetry is
 // even, its inputs are folded. Several datasets are joined into one sequence. Between two datasets, the
 // sequence contains inputs that lead to the initial memory of the next dataset; these inputs do not count as
-// samples. If this memory is virgin, they are nested loops around the first input that shrink to zero.
+// samples. If this memory is virgin, these inputs are nested loops around the first input, which shrink to
+// zero.
 #pragma once
 
 #include <cstddef>

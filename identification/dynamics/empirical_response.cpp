@@ -26,8 +26,8 @@ Eigen::VectorXd interpolated_on(const Grid& grid, const std::vector<double>& col
   return values;
 }
 
-/// Returns the length of a segment: the largest power of two that gives at least eight segments, but 64 to
-/// 1024.
+/// Returns the length of a segment: the largest power of two that gives at least eight segments. The length
+/// is limited to the range from 64 to 1024.
 Eigen::Index segment_length(Eigen::Index rows) {
   constexpr Eigen::Index shortest = 64, longest = 1024;
   Eigen::Index length = shortest;

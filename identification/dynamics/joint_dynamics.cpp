@@ -25,7 +25,7 @@ constexpr int most_passes = 8;
 // Number of passes that select the shape of the curves again; later passes keep the shape.
 constexpr int passes_with_shape = 2;
 constexpr int steps_in_a_pass = 10;
-// Another pass follows if the error after a pass is below this share of the error before it.
+// Another pass follows if the error after a pass is below this share of the error before the pass.
 constexpr double worth_a_pass = 0.995;
 // Dynamics are refused if their error is above this share of the quasi-static error.
 constexpr double worth_dynamics = 0.97;
@@ -120,8 +120,8 @@ class JointDynamics {
     return found;
   }
 
-  /// Sets the first dynamics: the mode of the dataset that shows a mode most clearly, with the narrowest
-  /// frequency interval.
+  /// Sets the first dynamics: the mode of the dataset that shows a mode most clearly. In this dataset, the
+  /// natural frequency has the narrowest confidence interval.
   void begin(const Identified& before) {
     outputs_ = quasi_static_outputs(datasets_, before);
     std::optional<SecondOrderFit> clearest;

@@ -11,8 +11,8 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Number of cycles in inputs_ before the fitted cycles, in addition to the longest delay. One is for the
-// slightly longer delay of the differences in slope(), and one is for the previous input.
+// Number of cycles in inputs_ before the fitted cycles, in addition to the longest delay. One cycle is for
+// slope(), which also computes the response to a slightly longer delay. One cycle is for the previous input.
 constexpr Index cycles_before = 2;
 // Number of cycles in inputs_ after the fitted cycles: for a delay slightly below -1 cycle, and for the end
 // of long_response().
@@ -64,7 +64,8 @@ ModeResponse::ModeResponse(const SampledDataset& dataset, Index longest_delay)
 }
 
 /// Returns a simulation of the mode that begins at cycle `first`, counted from the first fitted cycle. At its
-/// beginning, the mode rests at the previous input, plus free decays with the amplitudes `more`.
+/// beginning, the mode rests at the previous input; free decays with the amplitudes `more` are added to this
+/// state.
 ModeResponse::Lane ModeResponse::lane(const ModePoint& point, const Eigen::Ref<const VectorXd>& input,
                                       Index first, const Eigen::Vector2d& more) const {
   const double f = std::exp(point[0]);

@@ -28,7 +28,7 @@ class ModeResponse {
 
   Eigen::MatrixXd columns(const ModePoint& point) const;
   /// Returns the part of the response that the inputs drive, without offset, drift and free decays.
-  /// `amplitudes` has one element for each column of columns(), here and below.
+  /// In all functions of this class, `amplitudes` has one element for each column of columns().
   Eigen::VectorXd driven(const ModePoint& point, const Eigen::VectorXd& amplitudes) const;
 
   /// Return the derivatives of the response by frequency, damping and delay (a ModePoint), with constant
@@ -57,8 +57,9 @@ class ModeResponse {
 
   const SampledDataset& dataset_;
   Eigen::Index longest_delay_;
-  // The inputs in all cycles, one column for each input. Some rows before and after repeat the first and the
-  // last input: the drive rests there. The last column is zero, for free decays.
+  // The inputs in all cycles, one column for each input. Before the first cycle and after the last cycle, the
+  // drive rests: additional rows repeat the first and the last input. The last column is zero, for free
+  // decays.
   Eigen::MatrixXd inputs_;
 };
 

@@ -205,8 +205,9 @@ std::vector<LocalMinimum> minima(const Task& task, const Box& box) {
   return found;
 }
 
-// Computes standard errors from the sensitivity of the driven response alone. A free decay can follow any
-// line in the noise. It would seem to determine the frequency even if the drive does not excite the mode.
+// Computes standard errors from the derivatives of the driven response, without the free decays. A free decay
+// can follow an oscillation in the noise. It would then seem to determine the frequency, although the drive
+// does not excite the mode.
 Confidence confidence_at(const Task& task, const Point& point, const Projection& at) {
   Eigen::MatrixXd sensitivity(task.dataset.rows(), 3 + at.coefficients.size());
   sensitivity.leftCols<3>() = task.response.driven_slope(point, at.coefficients);
@@ -222,8 +223,8 @@ SampledDataset only_driven(const Task& task, const Point& point, const Projectio
 }
 
 /// Returns how far one coordinate (frequency, damping ratio or delay) can move from `point` towards
-/// `longest`, while some mode still responds to the drive nearly as the mode at `point`: its sum of squares
-/// is at most `as_good`. The distance doubles from try to try, up to `longest`.
+/// `longest`, while some mode still responds to the drive nearly as the mode at `point`: the sum of squares
+/// of this mode is at most `as_good`. The distance doubles from try to try, up to `longest`.
 double profile_reach(int coordinate, double longest, const Task& response, Box box, const Point& point,
                      double as_good) {
   constexpr int halvings = 8;

@@ -6,9 +6,9 @@
 
 namespace hystcan::identification {
 
-// The following functions solve A x = b, or a least-squares problem with the matrix A, which may have any
-// shape and rank. They use the complete orthogonal decomposition of A. A pivot below `rank_tolerance` of the
-// largest pivot counts as zero.
+// The following functions use the complete orthogonal decomposition of a matrix A of any shape and rank. With
+// it, they find the rank of A or solve a least-squares problem. A pivot below `rank_tolerance` of the largest
+// pivot counts as zero.
 //
 // G. H. Golub, C. F. Van Loan, "Matrix Computations", section 5.5. The required templates of Eigen take long
 // to compile. They are compiled once, here, and not in each source that solves a linear system.

@@ -64,8 +64,9 @@ bool LeastDistance::meet(const VectorXd& g, double h) {
   return false;
 }
 
-/// Makes an inequality active. `components`: components of its vector g along the columns of q_. Rotates the
-/// columns of q_ so that all components after the next column become zero.
+/// Makes one more inequality active. `components`: components of its vector g along the columns of q_. The
+/// first columns of q_ belong to the inequalities that are already active. Rotates the other columns so that
+/// g has a component only along the first of them.
 void LeastDistance::enter(const VectorXd& components) {
   const Index place = in_force();
   VectorXd of = components;

@@ -43,8 +43,9 @@ class Triangular {
   bool uses(Index j) const { return std::ranges::find(used_, j) != used_.end(); }
   bool independent(Index j) const { return a_.col(j).tail(below()).norm() > dependent * lengths_[j]; }
 
-  /// Returns by how much column j, added alone, would lower the residual: the square root of the decrease of
-  /// its square. Returns a negative number if the unknown of the column would be negative.
+  /// Returns a measure of how much column j, added alone, would lower the residual: the square root of the
+  /// decrease of the squared residual. Returns a negative number if the unknown of the column would be
+  /// negative.
   double gain(Index j) const {
     const auto left = a_.col(j).tail(below());
     return left.dot(b_.tail(below())) / left.norm();
@@ -205,9 +206,9 @@ Inequalities active(const Inequalities& all, const VectorXd& dual) {
   return selected;
 }
 
-// Returns the shortest z with G z >= h, given as `all`. h is divided by its largest element, the distance of
-// the farthest inequality, so that |z| is of order one. If this distance is not larger than `rounding`,
-// returns z = 0.
+// Returns the shortest z with G z >= h, given as `all`. Divides h by its largest element, so that |z| is of
+// order one. This element is the distance from the origin to the farthest inequality. Returns z = 0 if this
+// distance is not larger than `rounding`.
 VectorXd least_distance(const Inequalities& all, double rounding) {
   const Index n = all.g.cols();
   const double farthest = all.h.size() == 0 ? 0.0 : all.h.maxCoeff();
@@ -216,8 +217,8 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   dual << all.g.transpose(), all.h.transpose() / farthest;
   const VectorXd last_unit = VectorXd::Unit(n + 1, n);
   const VectorXd u = solve_nonnegative(dual, last_unit);
-  // Equals 1 / (1 + |z|^2), with the length |z| of the solution as a multiple of `farthest`. It is nearly
-  // zero if the inequalities have no solution.
+  // Equals 1 / (1 + |z|^2), with |z| as the length of the solution divided by `farthest`. It is nearly zero
+  // if the inequalities have no solution.
   const double squared = (dual * u - last_unit).squaredNorm();
   if (squared * too_far * too_far < 1.0)
     refuse("inequalities contradict each other, expected inequalities with a solution");
@@ -292,7 +293,7 @@ Fit LeastSquares::solve_with_inequalities(const MatrixXd& g, const VectorXd& h) 
     t = regularised.triangle();
   }
   const auto upper = t.r.triangularView<Eigen::Upper>();
-  // Coefficients of the inequalities as a function of z = R x - c instead of x: G R^-1.
+  // G R^-1: coefficients of the inequalities for the unknown z = R x - c instead of x (least_squares.h).
   const MatrixXd in_z = g.rows() == 0 ? g : MatrixXd(upper.solve<Eigen::OnTheRight>(g));
   const VectorXd limits = h - in_z * t.right;
   const VectorXd z = least_distance(normalised(in_z, limits), 1e-15 * t.right.norm());

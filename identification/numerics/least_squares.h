@@ -88,12 +88,14 @@ class LeastSquares {
   /// Solves with x >= 0. `free`: indices of unknowns that may be negative.
   Fit solve_nonnegative(const std::vector<Eigen::Index>& free = {}) const;
   /// Solves with the inequalities g x >= h. Throws std::invalid_argument if the sizes do not match, if a
-  /// number is not finite, or if the inequalities contradict each other. They count as contradictory if they
-  /// meet only a million times as far from the origin as the farthest of them.
+  /// number is not finite, or if the inequalities contradict each other. The inequalities count as
+  /// contradictory if every point that satisfies all of them is at least a million times as far from the
+  /// origin as the farthest single inequality.
   Fit solve_with_inequalities(const Eigen::MatrixXd& g, const Eigen::VectorXd& h) const;
 
  private:
-  // The triangle so far, then the rows that were added since, as sqrt(weight) * (coefficients, right side).
+  // First the triangle of the earlier rows, then the rows that were added after the last reduction. Each row
+  // is sqrt(weight) * (coefficients, right side).
   Eigen::MatrixXd gathered_;
   Eigen::Index filled_ = 0;
 };

@@ -62,7 +62,7 @@ inline constexpr double two_sided_95 = 1.96;
 struct Confidence {
   /// Standard error of each unknown, in the order of the columns of the Jacobian.
   Eigen::VectorXd standard_error;
-  double variance = 0.0;  ///< variance of a residual, multiplied by the effect of correlated residuals
+  double variance = 0.0;  ///< variance of a residual, times a factor for correlated residuals
 
   /// Returns the largest difference of two sums of squares that is not significant: both fits are then
   /// equally good.
