@@ -108,7 +108,7 @@ CubicSpline::CubicSpline(std::vector<double> knots, std::vector<double> coeffici
   cells_per_input_ = static_cast<double>(cells) / (knots_.back() - knots_.front());
   std::size_t piece = 1;
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    // The start of the cell, minus a little: a rounding error in piece() must not skip a piece.
+    // The start of the cell, minus a small distance, so that a rounding error in piece() cannot skip a piece.
     const double before = knots_.front() + (static_cast<double>(cell) - 1e-6) / cells_per_input_;
     while (piece + 2 < pieces_.size() && pieces_[piece + 1].start <= before) ++piece;
     first_in_[cell] = static_cast<std::uint8_t>(piece);

@@ -86,7 +86,7 @@ struct HysteresisState {
   BranchStack branches;  ///< the outermost branch first; the capacity is fixed at construction
   Origin origin = Origin::virgin;
   double input = 0.0;   ///< present input v; its magnitude |v| if symmetry is even
-  double level = 0.0;   ///< present value of the branch: in a butterfly, before the output map
+  double level = 0.0;   ///< present value of the branch: in a butterfly, the input of the output map
   double output = 0.0;  ///< present output: `level` or, in a butterfly, its map
   std::size_t merged = 0;
   /// Value and derivatives of the branch at the input that the last inverse evaluated. The next inverse

@@ -75,7 +75,8 @@ class MemoryModel {
   /// Returns the outputs between L_0 and U_0, the two ends of the major loop. Every memory can reach these
   /// outputs.
   Interval output_range() const { return {lower_.start_level, upper_.start_level}; }
-  /// Returns the outputs that this state can reach: inverse() returns an input for each without saturation.
+  /// Returns the outputs that this state can reach: for each of them, inverse() returns an input that is not
+  /// saturated.
   Interval reachable(const State& state) const;
   /// Returns the outputs that this state can reach with an input in `inputs` (>= 0 if symmetry is even).
   Interval reachable(const State& state, Interval inputs) const;

@@ -86,7 +86,7 @@ void MemoryModel<Law>::put(State& state, double input, double level) {
   state.level = state.output = level;
 }
 
-// Returns the target of branch `index`: the branch that starts at the target.
+// Returns the branch whose start is the target of branch `index`.
 template <BranchLaw Law>
 const Branch& MemoryModel<Law>::target(const State& state, std::size_t index) const {
   if (index > 0) return state.branches[index - 1];

@@ -85,8 +85,8 @@ class OutputCreep {
 ///   x_n  = h_n + w sum_i (y_i(t_n) - h_n)        y_i, w: outputs and weight of the lags, see OutputCreep
 ///
 /// inverse() computes h_n from a wanted x_n; follow() then sets h_n. The times of the rows must increase;
-/// their distance may vary. Before the first row, the creep is settled; if a state is given, the creep
-/// continues from this state.
+/// the time between two rows may vary. Before the first row, the creep is settled; if a state is given, the
+/// creep continues from this state.
 class HeldCreep {
  public:
   struct State {

@@ -66,8 +66,8 @@ struct DecreasingBranch {
 /// must have accepted the parameters.
 std::optional<DecreasingBranch> find_decreasing_branch(const HysteresisParameters& parameters);
 
-/// Returns branches that do not increase. For each direction and each tenth of the input range, these are the
-/// branches with the steepest decrease of those that start there. The result has about forty elements at
+/// Returns branches that do not increase. For each direction and each tenth of the input range, the result
+/// contains the steepest decreasing branches that start in this tenth. The result has about forty elements at
 /// most. `steps` is the number of grid steps; the time grows with its square.
 std::vector<DecreasingBranch> find_decreasing_branches(const HysteresisParameters& parameters,
                                                        std::size_t steps);
