@@ -42,8 +42,9 @@ double branch_from_lower(const HysteresisParameters& p, double v) {
   return p.ascending.value(v) + gap(p) * convergence(p, v);
 }
 
-/// Returns the curve with the coefficients `c`, plus a straight line that makes the values at both thresholds
-/// exact. `one` and `line` are the coefficients of the constant 1 and of a line from -1 to 1.
+/// Returns the curve with the coefficients `c`, plus a straight line. The sum has exactly the values of the
+/// branch from the lower threshold at both thresholds. `one` and `line` are the coefficients of the constant
+/// 1 and of a line from -1 to 1.
 ReferenceCurve with_exact_ends(const HysteresisParameters& p, std::vector<double> c,
                                const std::vector<double>& one, const std::vector<double>& line) {
   const Interval range = p.input_range();
@@ -56,7 +57,7 @@ ReferenceCurve with_exact_ends(const HysteresisParameters& p, std::vector<double
 }
 
 /// Returns a polynomial near the branch from the lower threshold. It interpolates the branch at the zeros of
-/// a Chebyshev polynomial, and its ends are exact.
+/// a Chebyshev polynomial, and has the same values as the branch at both thresholds.
 ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   const Interval range = p.input_range();
   const auto count = static_cast<std::size_t>(order) + 1;
@@ -73,8 +74,8 @@ ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   return with_exact_ends(p, std::move(c), one, line);
 }
 
-/// Returns a spline near the branch from the lower threshold, by least squares with the same knots. Its ends
-/// are exact.
+/// Returns a spline near the branch from the lower threshold, by least squares with the same knots. At both
+/// thresholds, the spline has the same values as the branch.
 ReferenceCurve spline_near(const HysteresisParameters& p) {
   const std::vector<double>& knots = p.ascending.knots();
   const std::vector<double> at = model::grid_of(p.input_range(), knots, grid_steps);

@@ -88,8 +88,8 @@ std::vector<double> sides_of(const Dataset& dataset, const std::vector<Swing>& s
 }
 
 // Scales the weights of all samples so that their mean square is 1. Returns the factor that converts a
-// weighted error of m (the inner variable, which is fitted) to an error of the output x. `slope` is this
-// factor before scaling.
+// weighted error of the inner variable m to an error of the output x. `slope` is this factor before the
+// weights are scaled.
 double scale_weights(std::vector<Dataset>& datasets, double slope) {
   double largest = 0.0, square = 0.0, samples = 0.0;
   for (const Dataset& dataset : datasets)
@@ -272,7 +272,7 @@ class Butterfly {
     for (model::ReferenceCurve* curve : {&p.ascending, &p.descending}) {
       std::vector<double> coefficients = curve->coefficients();
       // Subtracts a constant from the curve. For a spline, this changes every coefficient, because the
-      // B-splines add up to 1; for a Chebyshev series, it changes only the first.
+      // B-splines add up to 1; for a Chebyshev series, it changes only the first coefficient.
       const bool all = curve->basis() == model::Basis::spline;
       for (std::size_t i = 0; i < coefficients.size(); ++i)
         coefficients[i] = (coefficients[i] - (all || i == 0 ? middle : 0.0)) / half;

@@ -87,7 +87,8 @@ void CurveBasis::slopes(double input, Eigen::Ref<VectorXd> row) const {
   chebyshev_slope_row(thresholds_, input, row);
 }
 
-// The row is (B, 0) for the rising curve and (B, M B) for the falling curve; see curve_basis.h.
+// The row is (B, 0) for the ascending curve and (B, M B) for the descending curve. B are the basis functions;
+// M is the matrix of curve_basis.h.
 VectorXd CurveBasis::row(model::Direction direction, const VectorXd& sum) const {
   VectorXd row = VectorXd::Zero(unknowns());
   row.head(size()) = sum;

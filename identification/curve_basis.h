@@ -78,7 +78,7 @@ class CurveBasis {
   Eigen::MatrixXd rows(model::Direction direction) const;
   /// Returns a row whose product with theta is the gap between the curves, (f_0^D - f_0^A) / (2 (1 - t)), at
   /// the relative input t = (v - v_lo) / (v_hi - v_lo). The gap is divided by 1 - t because it is zero at t =
-  /// 1; there, the row is the limit.
+  /// 1. At t = 1, the row is the limit of this quotient.
   Eigen::VectorXd gap(double t) const;
 
   /// Return theta for three pairs of curves, with the relative input t from 0 to 1. constant(): both curves

@@ -57,7 +57,7 @@ struct Identified {
   /// Range of the delays with which the model fits nearly as well; `nullopt` if the delay was given, or if
   /// the range cannot be determined.
   std::optional<DelayRange> delay_range;
-  /// True if go_on stopped the search: this is the best result so far.
+  /// True if go_on stopped the search. The model is then the best result until the stop.
   bool stopped = false;
 
   /// Returns the number of fitted parameters: curves, k, thresholds, delay, creep, dynamics and output map.

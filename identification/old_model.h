@@ -33,7 +33,7 @@ struct OldModel {
 ///   - The symmetry is that of the old model.
 ///   - The shape of the curves is that of the old model, unless the options contain a shape.
 ///   - The creep is that of the old model, unless the options contain a creep.
-///   - If the datasets do not need a delay, the old delay stays, unless it raises the error.
+///   - If the search finds no delay, the model gets the old delay, unless the old delay raises the error.
 ///
 /// Datasets, errors and held-out cycles in the result refer to `datasets` only. Throws std::invalid_argument
 /// like identify(), and also if the old model is a butterfly with an output map.

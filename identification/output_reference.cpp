@@ -23,7 +23,7 @@ double reference_of(const Dataset& dataset) {
 model::ReferenceCurve moved(const model::ReferenceCurve& curve, double by) {
   std::vector<double> coefficients = curve.coefficients();
   // Adds a constant to the curve. For a spline, this changes every coefficient, because the B-splines add up
-  // to 1; for a Chebyshev series, it changes only the first.
+  // to 1; for a Chebyshev series, it changes only the first coefficient.
   const bool all = curve.basis() == model::Basis::spline;
   for (std::size_t i = 0; i < coefficients.size(); ++i) coefficients[i] += all || i == 0 ? by : 0.0;
   return curve.with(coefficients);

@@ -56,8 +56,8 @@ struct SearchCriteria {
   double input_map = 0.9;
 
   // Limits for the simplex search, and for the values of a trial.
-  /// A simplex search may end too early. It is repeated if its last run lowered the error to this share of
-  /// the error before, or less.
+  /// A simplex search may end too early. It is repeated if the error after its last run is at most this share
+  /// of the error before this run.
   double restart = 0.99;
   /// Maximum of k times the span between the thresholds, without a unit. A spline with a short piece may have
   /// a larger k (steep_part).

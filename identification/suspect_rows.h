@@ -15,7 +15,7 @@ struct SuspectRow {
   std::size_t row = 0;
   bool of_input = false;  ///< true: a value of the input; false: a value of the output
   double value = 0.0;
-  double usual = 0.0;  ///< median of the rows around it, the value to expect
+  double usual = 0.0;  ///< median of the rows around this row, the expected value
 };
 
 /// Finds suspect rows: runs of at most eight rows that are far from the median of the 17 rows around each row

@@ -121,8 +121,8 @@ void ValidCurves::use(model::Interval thresholds) {
 
 void ValidCurves::add_cuts(std::vector<model::DecreasingBranch> branches) {
   const model::Interval& thresholds = basis_.thresholds();
-  // Returns the relative input: 0 at the lower threshold and 1 at the upper one, without rounding errors
-  // there.
+  // Returns the relative input: 0 at the lower threshold and 1 at the upper one. At both thresholds, the
+  // result has no rounding error.
   const auto in_spans = [&](double v) {
     const double t = (v - thresholds.lo) / thresholds.span();
     return t < 1e-9 ? 0.0 : t > 1.0 - 1e-9 ? 1.0 : t;
