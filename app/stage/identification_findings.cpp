@@ -25,11 +25,13 @@ class Findings {
       report_trends(i);
     }
     if (identified_.parameters.symmetry == model::Symmetry::even)
-      add_finding("the output hardly changes with the input's sign: the model is even, folded to |input|");
+      add_finding(
+          "the output hardly changes with the input's sign: the model is even and depends on |input| only");
     if (identified_.parameters.output_map)
       add_finding(
           "the output has a valley on each side of zero input: "
-          "the model is a butterfly with an output map; a controller uses outputs from {:.5g} {} upwards",
+          "the model is a butterfly with an output map; a controller uses only outputs above the valleys, "
+          "from {:.5g} {} upwards",
           identified_.parameters.output_range().lo, datasets_.front().output_unit);
     report_zeros();
     report_steps();
@@ -64,7 +66,7 @@ class Findings {
                 of_dataset(i), counted(is.samples, "sample"), is.duration_s, counted(is.cycles, "cycle"),
                 100.0 * is.minor_fraction, is.uniform ? "uniform" : "uneven", 1.0 / is.sample_time_s);
     if (is.uniform && is.samples > 100)
-      add_finding("{}noise from sample to sample about {:.2g} % of the output span{}", of_dataset(i),
+      add_finding("{}the noise from sample to sample is about {:.2g} % of the output span{}", of_dataset(i),
                   is.noise * percent_,
                   is.repeatability
                       ? fmt::format("; repeated cycles differ by {:.2g} % RMS", *is.repeatability * percent_)
@@ -93,8 +95,8 @@ class Findings {
           of_dataset(i), trend.drift * percent_);
     if (std::abs(trend.rate) > identified_.errors[i].rms && std::abs(trend.rate) * percent_ > 0.1)
       add_finding(
-          "{}the residual depends on the input's speed, {:+.2g} % of span between fastest rise "
-          "and fastest fall: measure more slowly for a quasi-static model",
+          "{}the residual changes by {:+.2g} % of the span from the fastest fall of the input "
+          "to its fastest rise: measure more slowly for a quasi-static model",
           of_dataset(i), trend.rate * percent_);
   }
 
@@ -194,8 +196,9 @@ class Findings {
     const double twice = range.at_twice_the_rate * percent_, five = range.at_five_times_the_rate * percent_;
     add_finding(
         "delays from {:.3g} to {:.3g} s fit nearly as well, "
-        "but their predictions differ by {:.2g} % of the span for inputs twice as fast, "
-        "by {:.2g} % for inputs five times as fast{}",
+        "but their predictions differ by {:.2g} % of the span "
+        "for inputs twice as fast as the measured inputs, "
+        "and by {:.2g} % for inputs five times as fast{}",
         range.lo_s, range.hi_s, twice, five,
         datasets_.size() == 1 && five > 2.0 * identified_.overall.rms * percent_
             ? ": a record at a single rate hardly distinguishes a delay from a wider loop; "
@@ -232,16 +235,15 @@ class Findings {
           add_finding(
               "{}the dataset starts after an unknown history, "
               "estimated as a decaying oscillation with bias {:+.2g} "
-              "(0: demagnetised, above 0: mostly from below)",
+              "(0: demagnetised, above 0: the input came rather from the lower threshold)",
               of_dataset(i), memory.bias);
       }
     }
     if (shows_ascending_curve(identified_.memories)) return;
     if (begins_at_lower_point(identified_.parameters))
       add_finding(
-          "no row shows a first rise with an empty memory: "
-          "the ascending reference curve is taken as the branch "
-          "that rises from the lower convergence point");
+          "no row shows a first rise with an empty memory, so the ascending reference curve is chosen: "
+          "it is the branch that rises from the lower end of the major loop");
     else
       add_finding(
           "no row shows a first rise with an empty memory: "
@@ -256,7 +258,8 @@ class Findings {
     const std::string judge = shapes.front().held_out ? fmt::format("the error of {}", held_out())
                                                       : "the error (too few cycles to hold out a cycle)";
     if (!chosen.is_spline()) {
-      add_finding("order {} is the lowest order that passes, judged by {}", chosen.order, judge);
+      add_finding("order {} is the lowest order that is at most 1 % worse than the best order, judged by {}",
+                  chosen.order, judge);
       return;
     }
     const auto error = [](const ShapeScore& tried) { return tried.held_out.value_or(tried.rms); };

@@ -51,9 +51,9 @@ std::string left_out_of(const IdentificationReport& report) {
               number_cell(fmt::format("{:+.2g}", 100.0 * (of.gain - 1.0))) + "</tr>\n";
   return part +
          "</table>\n<p class=\"note\">Each record is predicted by the curves of the other records, "
-         "with its own zero and the mean gain of the others. "
-         "k, thresholds, delay, creep and initial memories come from all records. "
-         "Cycles beyond the inputs of the other records do not count.</p>\n";
+         "with its own zero and the mean gain of the other records. "
+         "The values of k, thresholds, delay, creep and initial memories come from all records. "
+         "Cycles whose inputs exceed the inputs of the other records do not count.</p>\n";
 }
 
 /// Returns a table of the model structures that the search tried. It shows which parts of a model lower the
@@ -177,9 +177,9 @@ std::string table_of(const Comparison& comparison) {
 std::string cross_validated(const Identified& identified) {
   if (!identified.held_out_rms) return {};
   return fmt::format(
-      " The cross-validated error of the identified model, which identify prints, is {:.3g} % RMS: "
-      "each cycle that can be held out is held out in turn, "
-      "with k, delay and thresholds from all samples.",
+      " The cross-validated error of the identified model is {:.3g} % RMS (hystcan identify prints it, too). "
+      "One cycle after the other was left out of the fit of the curves and then predicted, "
+      "with the values of k, delay and thresholds from all samples.",
       100.0 * *identified.held_out_rms / identified.output_span);
 }
 
@@ -188,8 +188,8 @@ std::string hold_out_of(const Identified& identified, const Comparison& comparis
   return fmt::format(
              "Held out: {} of {}, {} of {}: "
              "every second cycle, except those that are needed to reach the ends of the input range. "
-             "Every model was fitted again without them; "
-             "the identified model keeps the order that was found from all samples.",
+             "Every model was fitted again without the held-out cycles and then predicted them. "
+             "The identified model keeps the order that was found from all samples.",
              comparison.held_out_cycles, counted(comparison.cycles, "cycle"), comparison.held_out_samples,
              counted(comparison.samples, "sample")) +
          cross_validated(identified);
@@ -208,8 +208,10 @@ std::string comparison_of(const IdentificationReport& report) {
     part += fmt::format("<p>Not fitted: {}</p>\n", escaped(refused));
   part +=
       "<p class=\"note\">All models were fitted by least squares to the same samples, "
-      "with the same delay, thresholds and, if it fits better than their own start, initial memory. "
-      "Initial memories are not counted as parameters, except the plays of a free start.</p>\n";
+      "with the same delay and the same thresholds. "
+      "Each model with memory was tried with several initial memories, and the best fit was kept. "
+      "Initial memories are not counted as parameters. Exception: with a free start, "
+      "the initial values of the plays are fitted and counted.</p>\n";
   return part;
 }
 
@@ -231,12 +233,13 @@ std::string memory_text(const InitialMemory& memory) {
 
 std::string pace_text(double k, model::Interval range, const Identified& identified) {
   const std::string& unit = identified.parameters.input_unit;
-  return fmt::format("{:.5g}{}, {:.4g} per span of the thresholds; {}", k, unit.empty() ? "" : " / " + unit,
-                     k * identified.parameters.input_range().span(),
-                     identified.stopped ? "the search was stopped"
-                     : identification::is_determined(range)
-                         ? fmt::format("RMS within 5 % from {:.3g} to {:.3g}", range.lo, range.hi)
-                         : "the dataset does not determine this value");
+  return fmt::format(
+      "{:.5g}{}, {:.4g} per span of the thresholds; {}", k, unit.empty() ? "" : " / " + unit,
+      k * identified.parameters.input_range().span(),
+      identified.stopped ? "the search was stopped"
+      : identification::is_determined(range)
+          ? fmt::format("from {:.3g} to {:.3g} the RMS error is at most 5 % larger", range.lo, range.hi)
+          : "the dataset does not determine this value");
 }
 
 std::string model_of(const Identified& identified) {
@@ -246,8 +249,8 @@ std::string model_of(const Identified& identified) {
     part += fmt::format("<tr><td>{}</td><td>{}</td></tr>\n", what, escaped(value));
   };
   row("symmetry", p.symmetry == model::Symmetry::even ? "even: x(v) = x(-v)"
-                  : p.output_map                      ? "butterfly: an output map follows the curves"
-                                                      : "none");
+                  : p.output_map ? "butterfly: an output map converts the curves to the output"
+                                 : "none");
   row("reference curves", identified.search.shape.text());
   const auto interval = [&](model::Interval range) {
     return with_unit(fmt::format("{:.6g} to {:.6g}", range.lo, range.hi), p.input_unit);
@@ -315,7 +318,7 @@ std::string pictures_of(const std::filesystem::path& directory, const Identifica
           "To draw it: <code>python3 -m hystcan.plot pictures.json</code> in this folder.</p>\n",
           escaped(*report.undrawn));
     else
-      part += "<p>No picture: the command was stopped before it was drawn.</p>\n";
+      part += "<p>No picture: the command was stopped before the picture was drawn.</p>\n";
   }
   return part;
 }

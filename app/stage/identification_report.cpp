@@ -156,15 +156,18 @@ const std::vector<ReportPicture>& report_pictures() {
        "The part of the output that the model does not explain. A slope is drift or creep; "
        "a residual that grows or shrinks at the beginning comes from a wrong initial memory."},
       {"residual_input", "Residual over input",
-       "Rising and falling input separately. A wave in both shows that the order of the curves is too low; "
-       "a loop between the two shows a delay or a dependence on the rate; "
-       "a fan at one end shows a wrong threshold."},
+       "The residual for rising and for falling input. "
+       "A wave in both directions shows that the order of the curves is too low. "
+       "A gap between the two directions shows a delay or a dependence on the rate. "
+       "A residual that spreads towards one end of the inputs shows a wrong threshold."},
       {"curves", "Reference curves",
-       "The two curves from which all branches are computed, between the thresholds, and their distance. "
-       "Beyond the observed inputs they are extrapolated."},
+       "The two curves from which the model computes all branches, and the distance between these curves. "
+       "The inputs go from one threshold to the other. "
+       "Beyond the observed inputs, the curves are extrapolated."},
       {"landscape", "Landscape of k",
-       "RMS of the best curves at each pair of k, with all other parameters as identified. "
-       "A long valley means that the dataset does not determine k."}};
+       "RMS error of the best curves for each pair of k_ascending and k_descending. "
+       "All other parameters have their identified values. "
+       "A long valley means that many values of k fit equally well: the dataset does not determine k."}};
   return all;
 }
 
