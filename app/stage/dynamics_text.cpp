@@ -29,10 +29,10 @@ nlohmann::json to_json(const Estimate& estimate) {
 /// Describes which part of the total delay is a lag and which part is a pure delay.
 std::string delay_shares(const IdentifiedPlant& plant) {
   if (plant.pure_s == 0.0)
-    return ", as one sum: drive and position do not separate the amplifier's lag from the sensor's";
+    return ", as one sum: drive and position do not show the amplifier's lag and the sensor's lag separately";
   return fmt::format(
       ", including {:.3g} ms of pure delay, attributed to the sensor: "
-      "if the amplifier causes this delay, the stage itself is late by the same time",
+      "if the amplifier causes this delay instead, the stage itself moves later by the same time",
       1e3 * plant.pure_s);
 }
 
@@ -43,7 +43,7 @@ std::string far_from_stated(const IdentifiedPlant& plant, const controller::Dela
   const double ratio = plant.delays.resonance_Hz / stated.resonance_Hz;
   if (ratio <= far && ratio >= 1.0 / far) return {};
   return line("warning", fmt::format("the stated resonance is {:g} Hz: "
-                                     "above half the rate, a mode appears at another frequency; "
+                                     "above half the sampling rate, a mode appears at another frequency; "
                                      "record at a higher rate to find the right frequency",
                                      stated.resonance_Hz));
 }
@@ -66,13 +66,14 @@ std::string describe(const IdentifiedPlant& plant, const controller::Delays& sta
            line("delay", with_interval(plant.mode->delay_s, 1e3, " ms") + delay_shares(plant)) +
            line("gain", with_interval(plant.mode->gain, 1.0, " " + unit));
   else
-    text = line("mode", "not shown: " + plant.not_shown) +
-           line("", fmt::format(
-                        "the loop uses the stated {:g} Hz and keeps its margins with every higher resonance",
-                        stated.resonance_Hz)) +
-           line("delay",
-                with_interval(plant.late_s, 1e3, " ms in addition to the sensor") + delay_shares(plant)) +
-           line("gain", fmt::format("{:.5g} {}", plant.gain, unit));
+    text =
+        line("mode", "not shown: " + plant.not_shown) +
+        line("", fmt::format("the loop uses the stated resonance of {:g} Hz "
+                             "and keeps its margins with every higher resonance",
+                             stated.resonance_Hz)) +
+        line("delay", with_interval(plant.late_s, 1e3, " ms in addition to the stated delay of the sensor") +
+                          delay_shares(plant)) +
+        line("gain", fmt::format("{:.5g} {}", plant.gain, unit));
   return text +
          line("residual", fmt::format("{:.3g} {} rms; the model explains {:.4f} % of the output's variance",
                                       plant.residual_rms, output_unit, 100.0 * plant.explained)) +
@@ -89,7 +90,8 @@ std::string left_out_text(const IdentifiedPlant& plant) {
 
 std::string describe(const Margins& margins) {
   return fmt::format(
-      "{}phase margin {:.1f} deg, gain margin {:.1f} dB, |L| at most {:.2f} at and beyond -180 deg, "
+      "{}phase margin {:.1f} deg, gain margin {:.1f} dB, "
+      "open loop |L| at most {:.2f} at and beyond -180 deg, "
       "sensitivity at most {:.2f}",
       margins.stable ? "" : "NOT STABLE: ", margins.phase_margin_deg, decibel(margins.gain_margin),
       margins.peak_beyond_180, margins.peak_sensitivity);
@@ -100,23 +102,25 @@ std::string describe(const controller::Notch::Config& notch) {
 }
 
 std::string describe(const controller::SensitivityRule& rule) {
-  return line("rule", fmt::format("the largest ki of all pairs of ki and kp >= 0 with |1 / (1 + L)| <= {:g} "
-                                  "at every frequency, at all corners of the intervals",
-                                  rule.peak_sensitivity)) +
-         line("", fmt::format("with the resonance interval widened by {:g} % on both sides; "
-                              "without a filter, with a low pass, with a notch",
+  return line("rule",
+              fmt::format(
+                  "the largest ki with any kp >= 0 for which the open loop L has |1 / (1 + L)| <= {:g} "
+                  "at every frequency, at all combinations of the interval ends",
+                  rule.peak_sensitivity)) +
+         line("", fmt::format("and with the resonance interval widened by {:g} % on both sides; "
+                              "designed without a filter, with a low pass, and with a notch",
                               rule.resonance_percent));
 }
 
 std::string describe(const CautiousRule& rule) {
-  return line("cautious rule", fmt::format("the largest ki of all pairs of ki and kp >= 0 with |L| <= 1 "
-                                           "where the phase of L is at {:g} deg or beyond",
-                                           rule.phase_margin_deg - 180.0)) +
-         line("",
-              fmt::format(
-                  "(phase margin {:g} deg), and with |L| <= {:.3g} where the phase is at -180 deg or beyond "
-                  "(gain margin {:.3g} dB, also at the resonance)",
-                  rule.phase_margin_deg, 1.0 / rule.gain_margin, decibel(rule.gain_margin)));
+  return line("cautious rule",
+              fmt::format("the largest ki with any kp >= 0 for which the open loop L has |L| <= 1 "
+                          "where the phase of L is at {:g} deg or beyond",
+                          rule.phase_margin_deg - 180.0)) +
+         line("", fmt::format(
+                      "(phase margin {:g} deg), and |L| <= {:.3g} where the phase is at -180 deg or beyond "
+                      "(gain margin {:.3g} dB, also at the resonance)",
+                      rule.phase_margin_deg, 1.0 / rule.gain_margin, decibel(rule.gain_margin)));
 }
 
 Estimate later(Estimate delay_s, double s) {

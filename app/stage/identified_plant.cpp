@@ -221,9 +221,9 @@ Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller
   Found as_stated = with_pure_delay(chain, around_stated(chain, stated), stated);
   if (plant.mode && excludes(chain, found, as_stated, stated)) return accepted(found, plant, chain, stated);
   if (plant.mode)
-    plant.not_shown =
-        fmt::format("the stated {:.4g} Hz with a delay explains the record as well as {:.4g} Hz",
-                    stated.resonance_Hz, plant.mode->natural_frequency_Hz.value);
+    plant.not_shown = fmt::format(
+        "a mode at the stated {:.4g} Hz with a delay explains the record as well as a mode at {:.4g} Hz",
+        stated.resonance_Hz, plant.mode->natural_frequency_Hz.value);
   plant.mode.reset();
   return as_stated;
 }

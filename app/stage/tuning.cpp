@@ -218,9 +218,10 @@ IdentifiedPlant plant_of_steps(const Dataset& record, const config::Config& conf
   } catch (const identification::OutputFalls& error) {
     throw RunError(config.axes[0].wire.name, error, {.remedy = "nothing is written"});
   } catch (const std::invalid_argument& error) {
-    throw RunError("the experiment is not conclusive", error,
-                   {.remedy = "try another --amplitude: a large step shows the curvature of the loop, "
-                              "a small step is hidden by noise. Nothing is written"});
+    throw RunError(
+        "the experiment is not conclusive", error,
+        {.remedy = "try another --amplitude: the hysteresis loop bends the response to a large step, "
+                   "and noise hides the response to a small step. Nothing is written"});
   }
 }
 
@@ -248,7 +249,7 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
   throw RunError(fmt::format(
       "no candidate tracks the configured reference in the rehearsal, {}: {}. {}", last.name, ended,
       is_short ? "[[axis.control.setpoint]] ends before an error can be measured: make the reference longer"
-               : "Check this limit and [axis.twin]; "
+               : "Check the limits in [axis.control] and the stage in [axis.twin]; "
                  "`hystcan demo` shows the run without the following-error limit"));
 }
 

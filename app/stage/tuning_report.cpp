@@ -84,14 +84,15 @@ std::string candidate_table(const TuningReport& report) {
                   "gain [dB]", "|L| 180", "sensitivity", "bandwidth [Hz]", "RMS [%]", "true [%]");
   for (std::size_t i = 0; i < report.candidates.size(); ++i)
     text += candidate_rows(report.candidates[i], i == report.best);
-  return text + fmt::format(
-                    "phase, gain: margins; |L| 180: largest |L| at a phase of -180 deg or beyond; bandwidth: "
-                    "the feedback alone;\n"
-                    "notch: frequency, depth, width; worst case: over the corners of the intervals, "
-                    "with the resonance interval widened by {:g} %;\n"
-                    "RMS: predicted error with the configured reference at the samples, "
-                    "true: also between the samples, % of {:g} um\n",
-                    report.rule.resonance_percent, stroke_um(report));
+  return text +
+         fmt::format(
+             "phase, gain: stability margins. |L| 180: largest |L| of the open loop L at -180 deg or beyond. "
+             "bandwidth: without feed-forward.\n"
+             "notch: frequency, depth, width. worst case: of all combinations of the interval ends, "
+             "with the resonance interval widened by {:g} %.\n"
+             "RMS: predicted error with the configured reference, at the samples. "
+             "true: the same error, at and between the samples. Both are in % of {:g} um.\n",
+             report.rule.resonance_percent, stroke_um(report));
 }
 
 /// Returns a line that recommends the cautious candidate for the first run; an empty text if the proposal is
@@ -127,8 +128,9 @@ std::string prediction_row(const char* name, const Candidate& of) {
 
 std::string assumptions(const TuningReport& report) {
   return fmt::format(
-      "hysteresis, noise and ranges of {} ([axis.twin]), which were not measured here; resonance, "
-      "damping and delay as identified here; and the configured reference of axis {} alone",
+      "hysteresis, noise and ranges of {} ([axis.twin], not measured here). "
+      "Resonance, damping and delay are those identified here. "
+      "Only axis {} moves, along its configured reference",
       report.actuator, report.axis);
 }
 
@@ -138,7 +140,7 @@ std::string prediction_table(const TuningReport& report) {
   for (const controller::Structure structure : controller::all_structures)
     text += fmt::format(" {:>11}", to_string(structure));
   return text + '\n' + prediction_row("present", report.present()) +
-         prediction_row("proposed", report.proposed()) + "it uses " + assumptions(report) + '\n';
+         prediction_row("proposed", report.proposed()) + "the prediction uses " + assumptions(report) + '\n';
 }
 
 std::string promise_lines(const TuningReport& report) {
@@ -152,7 +154,7 @@ std::string experiment_line(const TuningReport& report) {
   const controller::Excitation::Steps& s = report.steps;
   return line(
       "experiment",
-      fmt::format("axis {} of {}, {}: {} of {:g} {} about {:g} {}, {:g} s each, "
+      fmt::format("axis {} of {}, {}: {} of {:g} {} around {:g} {}, {:g} s each, "
                   "{} at {:g} Hz{}",
                   report.axis, report.config, report.rehearsed ? "rehearsed with its twin" : "on the bus",
                   counted(s.cycles, "step"), 2.0 * s.amplitude, report.drive_unit, s.centre,

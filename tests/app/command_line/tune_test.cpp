@@ -161,7 +161,7 @@ TEST_F(Tune, WritesThePresentValueOfEachKeyIntoTheFragment) {
   const std::string fragment = read("tuning.toml");
   for (const char* expected : {"axis x of piezo.toml; nothing has been applied", "# was 0.05 um per um",
                                "# was 120.0\n", "# was 1000.0; one cycle", "ms of lag\n", "# was 500.0\n",
-                               "# predicted RMS error", "# it uses hysteresis"})
+                               "# predicted RMS error", "# the prediction uses hysteresis"})
     EXPECT_NE(fragment.find(expected), std::string::npos) << expected << "\n" << fragment;
 }
 
