@@ -110,7 +110,7 @@ std::string metrics_text(bool is_open, const std::optional<StatusAnswer>& status
     text.counter("missed_cycles", "skipped cycles", counters.missed_cycles);
     text.counter("missing_samples", "cycles without a sample", counters.missing_samples);
     text.counter("late_samples", "samples that arrived after the end of their cycle", counters.late_samples);
-    text.counter("replaced_commands", "commands that a newer one replaced before transmission",
+    text.counter("replaced_commands", "commands that a newer command replaced before transmission",
                  counters.replaced_commands);
     put_axes(text, status->axes);
   }
@@ -119,7 +119,8 @@ std::string metrics_text(bool is_open, const std::optional<StatusAnswer>& status
   text.gauge("bus_frames_per_second", "frames on the interface", bus.frames_per_s);
   text.gauge("bus_load_percent", "bus load, estimated from the counters of the interface", bus.load_percent);
   text.gauge("page_clients", "clients of the page", page.clients);
-  text.counter("page_cut_off", "disconnected clients, which did not read or sent too much", page.cut_off);
+  text.counter("page_cut_off", "clients that were disconnected because they did not read or sent too much",
+               page.cut_off);
   text.counter("page_refused", "refused requests: foreign host or origin, or wrong token", page.refused);
   text.counter("page_lost_rows", "rows that did not reach a client", page.lost_rows);
   return text.end();

@@ -160,7 +160,7 @@ void PageRequests::view(PageClient& client, const RequestId& request_id, const j
 void PageRequests::require_the_same_file(const SettingsAnswer& settings) const {
   std::error_code error;
   if (!std::filesystem::equivalent(settings.file, options_.config, error))
-    throw Error(fmt::format("the controller uses {}, this page {}; start the page with the same file",
+    throw Error(fmt::format("the controller uses {}, this page uses {}; start the page with the same file",
                             settings.file, options_.config.string()));
 }
 

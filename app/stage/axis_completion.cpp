@@ -50,9 +50,11 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
   const Validation seen =
       validate(model::Hysteresis(parameters), *records.unseen,
                {.lag = {.delay_s = delay_s, .dynamics = {}}, .estimate_s = {}, .memory = {}});
-  return fmt::format("unseen: {} is predicted with an error of {:.3g} % RMS, {:.3g} % at most",
-                     records.unseen_file->filename().string(), 100.0 * seen.all.rms / seen.output_span,
-                     100.0 * seen.all.max / seen.output_span);
+  return fmt::format(
+      "unseen: {} is predicted with an error of {:.3g} % RMS, {:.3g} % at most; "
+      "the model was identified without this record",
+      records.unseen_file->filename().string(), 100.0 * seen.all.rms / seen.output_span,
+      100.0 * seen.all.max / seen.output_span);
 }
 
 /// Returns the uncertainty of a mode that the user stated: 10 % in frequency, a factor of 1.5 in damping. If
@@ -87,7 +89,7 @@ void set_dynamics(Stage& stage, std::size_t i, const IdentifiedPlant& plant) {
   if (delays.sensor_delay.count() > 0) twin.sensor.delay = delays.sensor_delay;
   const auto path = [&](const config::Member& member) { return path_of(stage.config, member); };
   stage.comments[path(axis.control.delays.amplifier_bandwidth_Hz)] =
-      "includes the sensor's lag; from the step";
+      "from the step; includes the sensor's lag";
   stage.comments[path(twin.plant.amplifier.bandwidth_Hz)] = "from the step";
   if (!plant.mode) return;
   stage.comments[path(axis.control.delays.resonance_Hz)] = "from the step";
@@ -106,7 +108,7 @@ std::string dynamics_line(const std::string& record, const IdentifiedPlant& plan
   if (!plant.mode)
     text += fmt::format(
         ", which shows delay and lag but no mode ({}): "
-        "the loop uses the stated {:g} Hz and keeps its margins with every higher resonance",
+        "the loop uses the stated resonance of {:g} Hz and keeps its margins with every higher resonance",
         plant.not_shown, stated_Hz);
   else if (!is_as_stated(*plant.mode, stated_Hz))
     text += fmt::format(", instead of the stated {:g} Hz", stated_Hz);
@@ -121,7 +123,7 @@ std::string loop_text(const Candidate& best, double resonance_percent) {
     text += fmt::format(", low pass {:g} Hz", best.loop.measurement_filter_Hz);
   if (best.loop.notch) text += fmt::format(", notch at {:.5g} Hz", best.loop.notch->frequency_Hz);
   if (best.judged)
-    text += fmt::format("; sensitivity at most {:.3g}, {:.3g} with the resonance {:g} % off",
+    text += fmt::format("; sensitivity at most {:.3g}, {:.3g} if the resonance is {:g} % off",
                         best.judged->margins.peak_sensitivity, best.judged->worst.peak_sensitivity,
                         resonance_percent);
   return text;
@@ -182,8 +184,8 @@ void set_as_stated(Stage& stage, std::size_t i) {
 
 void print_as_stated(const config::AxisConfig& axis) {
   print_lines(axis.wire.name, {dynamics_line(axis.control.delays) + ": stated or assumed, not measured",
-                               fmt::format("loop: integral alone, ki {:.4g} 1/s: "
-                                           "an eighth of the stability limit with these values; "
+                               fmt::format("loop: integral alone, ki {:.4g} 1/s, "
+                                           "an eighth of the stability limit for these dynamics; "
                                            "a record of small steps (--step) allows a faster loop",
                                            axis.control.law.pi.ki_per_s)});
 }
@@ -211,7 +213,7 @@ std::string plant_text(const Identified& found, const AxisRecords& records) {
   const double share = measured_share(found, records);
   return fmt::format(
              "# The twin's actuator: "
-             "the identified model with output errors of up to {:.2g} % of half the output range.\n",
+             "the identified model with deliberate errors of up to {:.2g} % of half the output range.\n",
              100.0 * share) +
          config::model_text(not_quite(found.parameters, share), {}, {}, not_quite(found.creep, share));
 }

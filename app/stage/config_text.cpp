@@ -76,7 +76,7 @@ class FirstAxis {
     remark(axis_.control.law.structure, "average, inverse, pi, average+pi, inverse+pi");
     remark(axis_.control.law.pi.kp, "um per um");
     remark(axis_.control.law.pi.ki_per_s,
-           "1/s; `hystcan check` judges the loop, `hystcan tune` proposes others");
+           "1/s; `hystcan check` judges the loop, `hystcan tune` proposes other gains");
     if (config::reports_state(axis_.wire)) return;
     axis_.control.enable_delay = std::chrono::milliseconds(500);
     remark(axis_.control.enable_delay, "assumed: the frames do not report when the amplifier is on");
@@ -106,7 +106,8 @@ class FirstAxis {
            "a position outside position_min_um to position_max_um ends the run");
     remark(control.supervision.position_jump_um,
            "maximum change per cycle; a larger jump means a loose cable");
-    remark(control.following_error.error_um, "assumed; structure \"pi\" needs a larger limit");
+    remark(control.following_error.error_um,
+           "assumed; structure \"pi\" has larger errors and needs a larger limit");
     remark(control.supervision.missing_samples);
   }
 
@@ -138,8 +139,9 @@ class FirstAxis {
                                                              .cycles = 10.0},
                                .transition_s = rounded(0.3 * slowness, 2)},
                               {.shape = stairs, .transition_s = rounded(0.2 * slowness, 2)}};
-    remark(axis_.control.setpoint[0], "80 % of the travel");
-    remark(axis_.control.setpoint[1], "decaying, many levels: the memory keeps every reversal");
+    remark(axis_.control.setpoint[0], "a triangle over 80 % of the travel");
+    remark(axis_.control.setpoint[1],
+           "many levels, each reversal smaller than the last: the memory keeps all of them");
   }
 
   void set_twin() {

@@ -250,7 +250,7 @@ void require_run_for_axis(const std::vector<std::filesystem::path>& files, const
 Dataset load_noting(const std::filesystem::path& file, const config::DatasetLayout& layout) {
   config::DatasetFile loaded = config::load_dataset(file, layout);
   if (!loaded.taken.empty())
-    note("hystcan: {}: {} (--columns selects others)\n", file.string(), loaded.taken);
+    note("hystcan: {}: {} (--columns selects other columns)\n", file.string(), loaded.taken);
   for (const std::string& note_text : loaded.notes) note("hystcan: {}: {}\n", file.string(), note_text);
   return std::move(loaded.dataset);
 }

@@ -204,7 +204,7 @@ class FrameQuestions {
     MessageMap& map = map_of(part);
     map.integrity = can::Integrity::none;
     if (map.carries("crc") && !map.carries("counter"))
-      throw Error(fmt::format("--role {0}.counter missing: without this counter {0}.crc is not checked",
+      throw Error(fmt::format("--role {0}.counter missing: {0}.crc cannot be checked without this counter",
                               word_of(part)));
     if (map.carries("crc")) {
       map.integrity = can::Integrity::counter_crc;

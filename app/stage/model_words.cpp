@@ -41,12 +41,12 @@ void ModelWords::apply_to(identification::IdentifyOptions& options) const {
 
 void add_model_options(CLI::App& command, ModelWords& words) {
   add_checked(command, "--order", words.order, order_or_auto(),
-              "order of polynomial reference curves, or auto (chosen by hold-out)");
+              "order of polynomial reference curves, or auto (chosen by the error of held-out cycles)");
   add_checked(command, "--curves", words.curves, one_of({"auto", "polynomial", "spline"}),
               "polynomials, splines, or the better of both (auto)");
   add_checked(command, "--creep", words.creep, creep_or_auto(),
               "creep of the output per decade of time, as a fraction (example: 0.02); none; or auto "
-              "(identified if creep improves the hold-out error)");
+              "(identified if creep lowers the error of held-out cycles)");
 }
 
 }  // namespace hystcan::app

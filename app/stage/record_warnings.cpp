@@ -52,7 +52,7 @@ std::vector<RecordWarning> leave_out_suspects(const std::filesystem::path& file,
   }
   for (const SensorEnd& end : identification::sensor_ends(dataset))
     warnings.push_back({fmt::format("{}: {}", file.string(), text_of_end(end, dataset)),
-                        "all rows are used, although this output is not the stage's"});
+                        "all rows are used, although this output is not the position of the stage"});
   return warnings;
 }
 

@@ -194,10 +194,10 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
 void print_positions(const StageFacts& facts, const std::vector<AxisRecords>& records) {
   for (std::size_t i = 0; i < records.size(); ++i) {
     const model::Interval travel_um = records[i].travel_um();
-    print(
-        fmt::format("{}: the sensor node must send the same micrometres as the record, {:.4g} to {:.4g} um: "
-                    "with another zero or scale, the limits and the model are wrong\n",
-                    facts.axes[i].config.wire.name, travel_um.lo, travel_um.hi));
+    print(fmt::format(
+        "{}: the sensor node must send positions with the zero and scale of the record, {:.4g} to {:.4g} um: "
+        "with another zero or scale, the limits and the model are wrong\n",
+        facts.axes[i].config.wire.name, travel_um.lo, travel_um.hi));
   }
 }
 
@@ -300,9 +300,9 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
   const controller::Supervisor::Config before = axis.control.supervision;
   const model::Interval drive = records.drive();
   if (drive.span() < 0.95 * (gate.drive_max - gate.drive_min)) {
-    print_lines(axis.wire.name, {fmt::format("the record covers {:.4g} to {:.4g} of {:g} to {:g} {}, "
+    print_lines(axis.wire.name, {fmt::format("the record has the drives {:.4g} to {:.4g} of {:g} to {:g} {}, "
                                              "so the model and the drive are limited to that part; "
-                                             "position limits as in {}",
+                                             "the position limits are those of {}",
                                              drive.lo, drive.hi, gate.drive_min, gate.drive_max,
                                              axis.wire.drive_unit, first_config)});
     return;

@@ -56,7 +56,7 @@ class AxisQuestions {
     mode(axis);
     const double sensor_delay_us =
         number({"--sensor-delay", "Sensor's delay", "us",
-                "time from the position to its sample, see the data sheet; 0 if unknown"},
+                "time from a position to the sample that shows it, see the data sheet; 0 if unknown"},
                stated_.sensor_delay_us, {}, 0.0, sensor_delay_us_, [](double value) {
                  return unless(value >= 0.0 && value <= 100'000.0, "{:g}, expected 0 to 100000", value);
                });

@@ -36,7 +36,7 @@ Dataset in_um(Dataset dataset, const std::filesystem::path& file) {
   const auto um = model::length_um(dataset.output_unit);
   if (!um)
     throw Error(file, fmt::format("the output is in {}", dataset.output_unit),
-                expect("a length; set --output-scale to the um per {}", dataset.output_unit));
+                expect("a length; set --output-scale to the number of um per {}", dataset.output_unit));
   for (double& value : dataset.output) value *= *um;
   dataset.output_unit = "um";
   return dataset;

@@ -137,7 +137,7 @@ TEST_F(Init, MakesASelfContainedFolder) {
 TEST_F(Init, PrintsThatTheNodeMustSendTheRecordsMicrometres) {
   excite("piezo.toml", "loops.csv");
   ASSERT_EQ(init({path("stage"), "--record", path("loops.csv"), "--resonance", "500", "--yes"}), done) << err;
-  EXPECT_NE(out.find("x: the sensor node must send the same micrometres as the record, "), std::string::npos)
+  EXPECT_NE(out.find("x: the sensor node must send positions with the zero and scale "), std::string::npos)
       << out;
 }
 

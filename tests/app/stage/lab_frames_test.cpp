@@ -168,7 +168,7 @@ TEST_F(LabFrames, NeedACounterForACrc) {
   Stated stated = with("command.crc", "Set.Sum");
   stated["command.enable"] = {"none"};
   EXPECT_EQ(refusal(stated),
-            "--role command.counter missing: without this counter command.crc is not checked");
+            "--role command.counter missing: command.crc cannot be checked without this counter");
 }
 
 TEST_F(LabFrames, ConsistOfPrefixAndNodesForTheStandardDbc) {
