@@ -12,8 +12,8 @@
 
 namespace hystcan {
 
-/// Lowers the priority of the calling thread, so that it does not delay the control thread. Works for every
-/// priority that the process had at its start.
+/// Lowers the priority of the calling thread, so that it does not delay the control thread. Also works if the
+/// process was started with a real-time priority.
 inline void yield_to_the_control_thread() {
   const sched_param ordinary{.sched_priority = 0};
   pthread_setschedparam(pthread_self(), SCHED_OTHER, &ordinary);

@@ -13,7 +13,7 @@ constexpr std::size_t least_rest = 10;  // a reference that is constant for fewe
 struct Move {
   double from_um = 0.0;
   std::size_t left = 0;            ///< first cycle after the rest at the previous level
-  std::size_t begin = 0, end = 0;  ///< first cycle at the new level, and one past the last
+  std::size_t begin = 0, end = 0;  ///< first cycle at the new level, and the cycle after the last one
 };
 
 /// Finds all moves of the reference from one resting level to the next one. Calls `visit` with each move.

@@ -64,7 +64,8 @@ class StepResponse {
 
   /// Returns the figures of all steps; the present step counts as if it ended now.
   Result result() const;
-  /// Returns the step to the present level; `nullopt` if the reference has not made a step to this level.
+  /// Returns the latest step, which led to the present level; `nullopt` if the present level was not reached
+  /// by a step.
   const std::optional<Step>& present() const { return step_; }
 
  private:
@@ -101,9 +102,9 @@ class HoldNoise {
   bool counts() const { return 10 * samples_ >= at_rest_; }
 
   double level_um_ = 0.0;
-  /// Mean position, and the sum of squares around it, at the present level.
+  /// Mean position at the present level, and the sum of the squared distances from this mean.
   double mean_um_ = 0.0, sum_of_squares_ = 0.0;
-  double pooled_ = 0.0;  ///< sum of squares at all earlier levels that count
+  double pooled_ = 0.0;  ///< sum of the squared distances at all earlier levels that count
   std::size_t samples_ = 0, pooled_samples_ = 0;
   std::size_t at_rest_ = 0;  ///< number of cycles in which the reference has rested at the present level
 };

@@ -134,8 +134,8 @@ double longest_reference_s(const controller::Config& config) {
   return longest;
 }
 
-/// Designs the learning filter for the axis's new control structure. If no filter converges, switches
-/// learning off for the axis.
+/// Designs the learning filter for the axis's new control structure. If no filter lets the learning converge,
+/// switches learning off for the axis.
 void plan_learning_anew(controller::AxisConfig& axis, double rate_Hz) {
   try {
     controller::plan_learning(axis, rate_Hz);

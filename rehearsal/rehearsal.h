@@ -50,7 +50,7 @@ class TrueErrors {
  private:
   struct Cycle {
     can::Time begins;  ///< time at which the cycle's SYNC frame was complete on the bus
-    double time_s;     ///< time of this SYNC in the controller, s since the controller's start
+    double time_s;     ///< time of the same SYNC on the controller's clock, s since the controller's start
   };
   struct Point {
     can::Time time;
@@ -60,7 +60,7 @@ class TrueErrors {
     can::Duration substep;
     std::vector<model::Coupling> couplings;
     double start_um;
-    std::deque<Point> points;  ///< points that are not in the statistics yet, and the last point that is
+    std::deque<Point> points;  ///< points that the statistics do not contain yet, and the point before them
     controller::TrackingStatistics statistics;
   };
 
@@ -117,8 +117,8 @@ class Rehearsal {
 /// The result of run_once(): every axis ran once through its reference.
 struct Outcome {
   std::vector<controller::AxisOutcome> axes;
-  /// For each axis of the controller the statistics of the true tracking error, also between the samples (see
-  /// class TrueErrors).
+  /// Statistics of the true tracking error, one element for each axis of the controller. They count the times
+  /// at and between the samples (see class TrueErrors).
   std::vector<controller::TrackingStatistics> true_errors;
   double virtual_s = 0.0;
   double bus_load = 0.0;  ///< share of the time in which the bus is busy, 0 to 1
