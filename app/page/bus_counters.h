@@ -45,7 +45,8 @@ class BusCounters {
  public:
   using Clock = std::chrono::steady_clock;
 
-  /// `interface`: name of the CAN interface; if empty, the bus is simulated. `average`: for the bus load.
+  /// `interface`: name of the CAN interface; if empty, the bus is simulated. `average`: average size of the
+  /// frames, from which the bus load is estimated.
   BusCounters(std::string interface, const AverageFrames& average,
               std::filesystem::path network = "/sys/class/net")
       : average_(average), network_(std::move(network)), report_{.interface = std::move(interface)} {}

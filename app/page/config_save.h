@@ -33,7 +33,7 @@ std::filesystem::path kept_beside(const std::filesystem::path& file);
 ConfigSave undo_of(const std::filesystem::path& file);
 
 /// Writes the new text to the file and keeps the previous text. Throws RunError if the previous text cannot
-/// be kept; then a save changes nothing.
+/// be kept. After this error, a save has changed nothing, but an undo has already restored the file.
 void write_save(const std::filesystem::path& file, const ConfigSave& save);
 
 /// Returns the changed lines of two texts. Each change has two unchanged lines before and after it.

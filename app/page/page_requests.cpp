@@ -316,8 +316,8 @@ void PageRequests::reply_or_write(const RequestId& request_id, const json& reque
         spdlog::info("page {}: {}", request_id.client, done);
         events_.add_act(request_id.client, "info", done);
         if (!save.undoes) return reply(request_id, std::move(body));
-        // Requests a reload, so that the controller applies the restored file. If it refuses, the reason is
-        // sent to the client as `not_applied`.
+        // Requests a reload, so that the controller applies the restored file. If the controller refuses the
+        // reload, the reason is sent to the client as `not_applied`.
         role_.command(request_id.client, command_of(Verb::reload),
                       [this, request_id, body = std::move(body)](const json& reloaded) mutable {
                         if (!is_done(reloaded))

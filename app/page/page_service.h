@@ -1,6 +1,6 @@
 // The service behind the page's server. It forwards the streams of controller and twin to the clients, and
 // the clients' commands to the control socket. docs/page_protocol.md lists all messages. All code runs on one
-// thread.
+// thread. A lane contains the rows of a stream, reduced to the rate that some of the clients requested.
 //
 //   PageStream (controller, twin) ──▶ PageEvents, captures, lanes ──▶ PageClients
 //   PageClients ──▶ PageRequests ──▶ WriterRole ──▶ ControlLink ──▶ control socket

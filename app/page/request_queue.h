@@ -22,7 +22,8 @@ class RequestQueue {
 
   explicit RequestQueue(boost::asio::io_context& context) : pause_(context) {}
 
-  /// Adds work of a client. Returns false if `most_of_a_client` pieces of this client are already waiting.
+  /// Adds a piece of work of a client. Returns false if `most_of_a_client` pieces of work of this client are
+  /// already waiting.
   [[nodiscard]] bool add(std::uint64_t client, Work work);
   void leave(std::uint64_t client) { waiting_.erase(client); }
 

@@ -56,7 +56,8 @@ void WriterRole::read_settings(ControlLink::Done done) {
 }
 
 /// Closes the connection if it is idle, because the controller at its other end may have ended. Keeps the
-/// known settings: the next reading compares with them, so that changes made in between become events.
+/// settings that were read last: the next settings are compared with them, so that a change in between
+/// becomes an event.
 void WriterRole::controller_changed() {
   if (!link_.is_busy()) link_.close();
 }
