@@ -191,8 +191,8 @@ void print_as_stated(const config::AxisConfig& axis) {
 }
 
 /// Returns how much the twin's actuator should deviate from the model, as a share of half the output range.
-/// The twin then misses the records by as much as the model misses the held-out data. The result is from 1 %
-/// to 10 %; it is not 0, because the true model changes from day to day.
+/// The twin then deviates from the model by as much as the model deviates from held-out data. The result is
+/// from 1 % to 10 %; it is not 0, because the true model changes from day to day.
 double measured_share(const Identified& found, const AxisRecords& records) {
   constexpr double tried = 0.01, least = 0.01, most = 0.1;
   Identified other = found;

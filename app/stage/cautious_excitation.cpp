@@ -93,9 +93,9 @@ std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hyste
                                                          const Excitation::Hysteresis& loop,
                                                          const Interval& measured,
                                                          const controller::Supervisor::Config& limits) {
-  // Hysteresis curves are not straight, so the extrapolated range is inexact. `doubtful`: an excess is
-  // ignored up to this share of the range of `whole`. `kept`: share of the extrapolated change that the
-  // result uses.
+  // Hysteresis curves are not straight, so the extrapolated range is inexact. `doubtful`: the result is
+  // `whole` if `whole` exceeds the extrapolated range by at most this share of the range of `whole`. `kept`:
+  // otherwise, the result uses this share of the way from `loop` to the extrapolated range.
   constexpr double doubtful = 0.2, kept = 0.7;
   const Interval fit = drives_within(loop, measured, limits);
   const double slack = doubtful * (whole.high - whole.low);

@@ -82,7 +82,7 @@ class FirstAxis {
     remark(axis_.control.enable_delay, "assumed: the frames do not report when the amplifier is on");
   }
 
-  /// Sets the limits of drive and position that always hold, and the limits of the following error.
+  /// Sets the limits of drive, position and following error.
   void set_limits() {
     const double stroke = facts_.travel_um.span();
     controller::AxisConfig& control = axis_.control;

@@ -51,7 +51,8 @@ void add_column_options(CLI::App& command, config::DatasetLayout& layout);
 void add_layout_options(CLI::App& command, DatasetInput& input);
 /// Adds the options --from and --to.
 void add_interval_options(CLI::App& command, DatasetInput& input);
-/// Adds the options of the three functions above, --input-unit and --output-unit.
+/// Adds the options of add_layout_options() and add_interval_options(), and the options --input-unit and
+/// --output-unit.
 void add_dataset_options(CLI::App& command, DatasetInput& input);
 
 /// Throws Error if the user names an axis but no file is a recorded run, because only runs have axes.

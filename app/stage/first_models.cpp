@@ -32,8 +32,9 @@ std::vector<double> scaled(std::vector<double> values, double factor) {
   return values;
 }
 
-/// Changes a curve by `share`. A spline is scaled. In a polynomial, all coefficients grow; with
-/// `alternating`, every second one shrinks, so that the shape changes, too.
+/// Changes a curve by `share`. All coefficients of a spline grow by this share. In a polynomial, all
+/// coefficients except the first grow by this share; with `alternating`, those with an even index shrink, so
+/// that the shape changes.
 ReferenceCurve off_by(const ReferenceCurve& curve, double share, bool alternating) {
   std::vector<double> c = curve.coefficients();
   for (std::size_t j = 1; j < c.size(); ++j) c[j] *= alternating && j % 2 == 0 ? 1.0 - share : 1.0 + share;

@@ -22,7 +22,7 @@ using Found = ChainRecord::Fit;
 
 // Bounds of the fitted delay, in cycles.
 constexpr double least_late = 1e-3, most_late = identification::largest_delay_cycles;
-constexpr double stated_share = 0.1;  // a stated resonance is accurate to 10 %
+constexpr double stated_share = 0.1;  // largest relative error of a stated resonance
 constexpr double most_damping_ratio = 5.0, least_damping_ratio = 1e-4;
 
 double interpolation_s(const controller::Delays& stated, double cycle_s) {
@@ -58,9 +58,9 @@ Found with_lag(const ChainRecord& record, const Found& found, double lag) {
   return known;
 }
 
-/// Splits the total delay into lag and pure delay if that explains the record significantly better. If the
-/// record does not determine the lag, keeps the stated one. If the delay of the sensor is stated, there is no
-/// other pure delay.
+/// Splits the total delay into lag and pure delay if the split explains the record significantly better. If
+/// the record does not determine the lag, keeps the lag that the user stated. If the user stated the delay of
+/// the sensor, the chain has no other pure delay.
 Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const controller::Delays& stated) {
   constexpr double most_share = 0.98, least_cycles = 0.05;
   if (stated.sensor_delay.count() > 0) return lag_alone;
@@ -68,8 +68,8 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   ChainBox box = lag_alone.box;
   box.min()[pure_share] = 0.0;
   box.max()[pure_share] = most_share;
-  // If the mode is near half the rate, a delay looks like a shift of its frequency. Then the search also
-  // starts at shifted frequencies.
+  // If the mode is near half the rate, a delay changes the samples like a shift of the mode's frequency. The
+  // search then also starts at shifted frequencies.
   constexpr double far_from_half = 0.2;  // a mode is near half the rate within this share of the rate
   const double cycles = std::exp(lag_alone.at[log_frequency]) * record.cycle_s();
   const bool is_near_half = std::abs(cycles - 0.5) < far_from_half;
@@ -87,8 +87,8 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   return is_better(record, best, as_stated) ? best : as_stated;
 }
 
-/// Fits the chain near a mode that the record shows. `late`: lag and delay in cycles, from which the search
-/// starts; fixed if `lag_is_known`.
+/// Fits the chain (mode, lag and delay) near the mode that the record shows. `late`: sum of lag and delay in
+/// cycles. The search starts from this sum; if `lag_is_known`, the sum is fixed.
 Found around_mode(const ChainRecord& record, const SecondOrderFit& mode, double late, bool lag_is_known) {
   constexpr double reach = 0.4;  // largest change of log(frequency) from the given mode
   const ChainPoint start{std::log(mode.natural_frequency_Hz.value), std::log(mode.damping_ratio.value), late,
@@ -124,7 +124,8 @@ Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
 /// significantly better.
 Found around_stated(const ChainRecord& record, const controller::Delays& stated) {
   constexpr double step = 0.02;  // step of the frequency search, as a share of the rate
-  // Range of log(damping ratio) around the stated value. Most stages have more damping than assumed.
+  // How far log(damping ratio) may go below and above the stated value. Most stages have more damping than
+  // assumed.
   constexpr double less_damping = 0.7, more_damping = 1.8;
   const double log_f = std::log(stated.resonance_Hz),
                log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
@@ -169,8 +170,8 @@ controller::PlantUncertainty uncertainty_of(const SecondOrderFit& mode) {
           .damping_ratio = {mode.damping_ratio.lo, mode.damping_ratio.hi}};
 }
 
-/// Returns the uncertainty if no mode is shown: the resonance is the stated one or any higher one, and the
-/// damping may be lower than stated.
+/// Returns the uncertainty if the record shows no mode. The true resonance is then at the stated frequency or
+/// at any higher frequency, and the true damping may be lower than stated.
 controller::PlantUncertainty uncertainty_of(const controller::Delays& stated,
                                             const controller::Delays& chain) {
   const auto [least, most] = std::minmax(stated.damping_ratio, chain.damping_ratio);
@@ -186,8 +187,8 @@ void find_mode(IdentifiedPlant& plant, const Dataset& record) {
   }
 }
 
-/// Returns true if the record shows a mode, and if its delay cannot be distinguished from zero. The plant
-/// then keeps the lag that the user stated.
+/// Returns true if the record shows a mode whose delay cannot be distinguished from zero. The plant then
+/// keeps the lag that the user stated.
 bool keeps_lag(const IdentifiedPlant& plant) { return plant.mode && !(plant.late_s.lo > 0.0); }
 
 Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
@@ -199,8 +200,8 @@ Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controlle
   return keeps_lag(plant) ? found : with_pure_delay(chain, found, stated);
 }
 
-/// Returns `found`. Throws if the delay in the record is shorter than the stated delay of the sensor, because
-/// the sensor's delay is a part of it: the stated value must then be wrong.
+/// Returns `found`. Throws if the delay in the record is shorter than the stated delay of the sensor. The
+/// delay in the record contains the delay of the sensor, so the stated delay must then be wrong.
 Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainRecord& chain,
                const controller::Delays& stated) {
   if (plant.late_s.hi < -0.1 * chain.cycle_s())
@@ -228,8 +229,8 @@ Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller
   return as_stated;
 }
 
-/// Sets the uncertainty of the plant if the record shows a mode. The fit of the mode has an interval for each
-/// of its values; each interval is scaled to the value of the more exact chain.
+/// Sets the uncertainty of the plant if the record shows a mode. The first fit gave an interval for the
+/// frequency and for the damping. Each interval is scaled to the value in `exact`, the fit of the chain.
 void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
   plant.mode->natural_frequency_Hz = scaled(plant.mode->natural_frequency_Hz, exact.resonance_Hz);
   plant.mode->damping_ratio = scaled(plant.mode->damping_ratio, exact.damping_ratio);
@@ -239,8 +240,8 @@ void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
                                 plant.late_s.hi - plant.late_s.value + longer_s};
 }
 
-/// Sets the uncertainty of the plant if the record shows no mode. The delay is from the record. The
-/// resonance is the stated one or any higher one.
+/// Sets the uncertainty of the plant if the record shows no mode. The delay is identified from the record.
+/// The true resonance is at the stated frequency or at any higher frequency.
 void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found& found,
                    const controller::Delays& stated) {
   const double error_s = chain.confidence(found).standard_error[late_cycles] * chain.cycle_s(),
@@ -254,8 +255,8 @@ void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found
 /// Returns the standard error that an unknown of the chain has in a fit in which no unknown is fixed, even if
 /// the fit `found` fixed some of them. The result is at most 1.
 double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unknown) {
-  // Any positive width frees an unknown. The size of the width does not change the error, which depends only
-  // on the derivatives at the fitted point.
+  // An unknown is free if its bounds have a distance. The size of this distance does not change the error,
+  // which depends only on the derivatives at the fitted point.
   constexpr double half_width = 0.1;
   Found all = found;
   all.box.min() = found.at.array() - half_width;
@@ -268,8 +269,8 @@ double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unkno
 /// stated resonance. The error is smaller if the samples contain an image of the mode: a trace of it at a
 /// lower frequency.
 double mode_error(const ChainRecord& chain, const Found& found) {
-  // Lower limit of the result. A slightly different frequency with another damping gives almost the same
-  // image.
+  // Smallest error that is returned. The image of the mode cannot show the frequency more exactly, because a
+  // slightly different frequency with another damping gives almost the same image.
   constexpr double image = 0.005;
   const double cycles = std::exp(found.at[log_frequency]) * chain.cycle_s();
   if (found.box.min()[log_frequency] == found.box.max()[log_frequency] ||

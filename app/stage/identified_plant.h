@@ -22,7 +22,8 @@
 
 namespace hystcan::app {
 
-/// Relative standard error of a resonance that the user states: 19 of 20 stated values are within 10 %.
+/// Relative standard error of a resonance that the user states: 19 of 20 stated values differ from the true
+/// resonance by at most 10 %.
 inline constexpr double stated_mode_error = 0.05;
 
 struct IdentifiedPlant {
@@ -39,8 +40,8 @@ struct IdentifiedPlant {
   /// Relative standard error of the resonance if the record does not show it; 0 if the record shows it.
   double mode_error = stated_mode_error;
   double gain = 0.0;          ///< output at rest for a drive of 1, in output units per drive unit
-  double residual_rms = 0.0;  ///< RMS of record minus identified chain, in output units
-  double explained = 0.0;     ///< share of the output's variance that the chain explains, 0 to 1
+  double residual_rms = 0.0;  ///< RMS of the output that the plant does not explain, in output units
+  double explained = 0.0;     ///< share of the output's variance that the plant explains, 0 to 1
   double cycle_s = 0.0;       ///< cycle time of the record
   std::size_t rows = 0;       ///< number of rows in the record
   std::size_t left_out = 0;   ///< number of cycles missing between the rows

@@ -172,7 +172,8 @@ class FrameQuestions {
     return found;
   }
 
-  /// Returns true if the signal can have this role: every frame contains it, and its unit fits.
+  /// Returns true if the signal can have this role: every frame of its message contains the signal, and the
+  /// unit of the signal fits.
   bool may_have(const Role& role, const Signal& signal) const {
     if (!can::is_decodable(signal) || signal.multiplexing.present_at) return false;
     if (role.quantity == Quantity::number) return signal.unit.empty() || signal.length == 1;
@@ -257,8 +258,8 @@ void take_standard_frames(can::AxisWire& wire, const can::Database& database, co
   wire.sensor_node = node_of(*database.find(prefix + std::string(can::SensorSample::name)));
 }
 
-/// Returns the message prefix for an axis and removes it from `left`: the prefix that equals the axis's name,
-/// otherwise the first one.
+/// Returns the message prefix for an axis and removes it from `left`. It is the prefix that equals the axis's
+/// name, without regard to case; if there is none, it is the first prefix in `left`.
 std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
   auto found = std::ranges::find_if(
       left, [&](const std::string& prefix) { return strcasecmp(prefix.c_str(), axis.c_str()) == 0; });
@@ -268,8 +269,8 @@ std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
   return prefix;
 }
 
-/// If the database has standard frames, assigns them to the axes and returns true. Throws Error if it has
-/// frames for fewer axes.
+/// If the database has standard frames, assigns them to the axes and returns true. Throws Error if the
+/// database has frames for fewer axes than the stage.
 bool have_standard_frames(StageFacts& stage, const can::Database& database) {
   std::vector<std::string> prefixes = standard_prefixes(database);
   if (prefixes.empty()) return false;

@@ -97,8 +97,8 @@ config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& opti
   for (const config::AxisConfig& other : config.axes) {
     if (&other == &chosen) continue;
     config.resting.push_back({other.wire, other.control.gate.safe_drive});
-    // If axes share a node, the configuration may list the setup objects of this node at another axis. They
-    // are also needed if only this axis is driven.
+    // If axes share a node, the configuration may list the setup objects of this node at another axis. The
+    // chosen axis needs these objects even if it is the only driven axis.
     if (other.wire.amplifier_node == axis.wire.amplifier_node && axis.wire.amplifier_setup.empty())
       axis.wire.amplifier_setup = other.wire.amplifier_setup;
     if (other.wire.sensor_node == axis.wire.sensor_node && axis.wire.sensor_setup.empty())

@@ -127,8 +127,9 @@ struct Parts {
   double misfit = 0.0, floor = 0.0, creep = 0.0;
 };
 
-/// Adds the misfit in the octaves below half the resonance to the error. Faster octaves contain the mode,
-/// which the rehearsal already includes. `speed`: speed of the drive in drive units per second.
+/// Adds the misfit of the model to the error: the octaves with frequencies below half the resonance. Octaves
+/// with higher frequencies contain the mode, which the rehearsal already includes. `speed`: speed of the
+/// drive in drive units per second.
 void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivity, double speed,
                 double resonance_Hz) {
   constexpr double ringing = 0.5;  // share of the resonance above which an octave contains the mode
@@ -139,9 +140,9 @@ void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivi
   }
 }
 
-/// Returns equally probable values of the squared error in um^2, sorted. Each part of the error takes eleven
-/// random values. Not all combinations are computed, but for any two parts, every pair of values occurs (an
-/// orthogonal array).
+/// Returns equally probable values of the squared error in um^2, sorted. Each part of the error takes the
+/// eleven values of its distribution. Not all combinations of the parts are computed, but for any two parts,
+/// every pair of values occurs (an orthogonal array).
 std::vector<double> distribution_of(const Parts& parts) {
   std::vector<double> squares;
   const auto times = [](double square_um, double spread, std::size_t k) {
@@ -206,8 +207,8 @@ class Promises {
   }
 
  private:
-  /// Returns the rehearsal with an actuator that equals the model. If it does not track, returns the
-  /// rehearsal with the configured twin.
+  /// Returns the rehearsal with an actuator that equals the model. If this rehearsal did not track, returns
+  /// the rehearsal with the configured twin.
   const Run& base() const { return exact_.ended_well() ? exact_ : configured_; }
 
   void add_actuator(std::size_t i) {

@@ -33,9 +33,9 @@ std::vector<double> rates_to_try(const config::Config& config);
 /// Returns the promises with the best of the three kinds of feed-forward; empty if an axis does not track.
 std::vector<Promise> promises_with_best_feed_forward(config::Config config);
 
-/// Returns the rate with the smallest promised error if it is at least a quarter smaller than at the present
-/// rate; otherwise `nullopt`. If several rates are within 10 % of the smallest error, returns the slowest.
-/// `present`: the promises at the present rate.
+/// Returns the rate with the smallest promised error; `nullopt` if this error is not at least a quarter
+/// smaller than the error at the present rate. If several rates are within 10 % of the smallest error,
+/// returns the slowest of them. `present`: the promises at the present rate.
 std::optional<RateOffer> better_rate(const ConfigAtRate& at_rate, const std::vector<double>& rates_Hz,
                                      const std::vector<Promise>& present);
 

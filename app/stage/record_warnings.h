@@ -17,12 +17,13 @@ struct RecordWarning {
   std::string text() const { return fact + "; " + consequence; }
 };
 
-/// Removes drop-outs and glitches from the dataset. Returns a warning about them, and a warning for each end
-/// of the sensor's range at which it was saturated. Row 1 is the first row of the dataset, after --from.
+/// Removes drop-outs and glitches from the dataset. Returns a warning about them, and one warning for each
+/// end of the range at which the sensor was saturated. Row 1 is the first row of the dataset, after --from.
 std::vector<RecordWarning> leave_out_suspects(const std::filesystem::path& file,
                                               identification::Dataset& dataset);
 
-/// Throws Error if a dataset has the same rows as another dataset, or as a part of it.
+/// Throws Error if one of the two datasets has the same rows as the other dataset, or as a part of the other
+/// dataset.
 void refuse_same_rows(const std::filesystem::path& file, const identification::Dataset& dataset,
                       const std::filesystem::path& other_file, const identification::Dataset& other);
 /// Throws Error if two of the datasets have the same rows.

@@ -265,7 +265,7 @@ AxisRecords records_beside(const std::filesystem::path& folder, const config::Ax
   return records;
 }
 
-/// Moves reference levels that the model cannot reach into its range, and prints a note.
+/// Replaces reference levels that the model cannot reach by levels that it can reach, and prints a note.
 void fit_reference(config::AxisConfig& axis, const model::HysteresisParameters& parameters) {
   constexpr double share = 0.02;
   const model::Interval reach = controller::model_reach_um(parameters, axis.control.gate);

@@ -70,9 +70,9 @@ rehearsal::Outcome outcome_of(const rehearsal::Setup& setup) {
   return rehearsal::run_once(setup, settle_s, [](const controller::CycleRecord&) { throw_if_signalled(); });
 }
 
-/// Returns true if the candidate is stable enough for a rehearsal. A new design must be stable at all corners
-/// of the plant's uncertainty. The present setting is always needed for comparison, so it must be stable only
-/// with the identified plant.
+/// Returns true if the candidate is stable enough for a rehearsal. A new design must be stable at every
+/// corner of the plant's uncertainty (a combination of the ends of its intervals). The present setting is
+/// always needed for comparison, so it must be stable only with the identified plant.
 bool may_run(const Candidate& candidate) {
   if (!candidate.judged) return true;
   return candidate.name == present_name ? candidate.judged->margins.stable : candidate.judged->worst.stable;

@@ -39,8 +39,9 @@ controller::LoopConfig cautious_loop(const IdentifiedPlant& plant, double rate_H
 
 /// Rehearses candidates for the loop and chooses the best one (see best_of()). The first candidate is the
 /// present setting. The others are designs by the rules of the report, each with the feed-forward that has
-/// the smallest predicted error. The twin gets the identified plant. A design that is unstable at a corner of
-/// the plant's uncertainty is not rehearsed. Throws RunError if no candidate tracks, or at a signal.
+/// the smallest predicted error. The twin gets the identified plant. A design is not rehearsed if it is
+/// unstable at a corner of the plant's uncertainty (a combination of the ends of its intervals). Throws
+/// RunError if no candidate tracks, or at a signal.
 void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::Config& config,
               const twin::Config& twin);
 
@@ -49,8 +50,8 @@ void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin);
 
 /// Returns, for each segment of a reference, the true RMS error in um that no setpoints can avoid
-/// (controller/analysis/feed_forward_design.h). It is `nullopt` if this floor is not known for the segment,
-/// or if the stage has a second mode.
+/// (controller/analysis/feed_forward_design.h). An element is `nullopt` if this error is not known for the
+/// segment, or if the stage has a second mode.
 std::vector<std::optional<double>> tracking_floors_um(const twin::AxisConfig& stage,
                                                       const std::vector<controller::Segment>& setpoint,
                                                       double cycle_s);

@@ -96,7 +96,7 @@ std::string candidate_table(const TuningReport& report) {
 }
 
 /// Returns a line that recommends the cautious candidate for the first run; an empty text if the proposal is
-/// the cautious candidate itself, or if it does not track.
+/// the cautious candidate itself, or if the cautious candidate does not track.
 std::string cautious_line(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
   if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};

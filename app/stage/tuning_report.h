@@ -28,7 +28,7 @@ struct Candidate {
   /// Rehearsed outcome with the configured reference, structure and limits, without learning. `nullopt` if
   /// the loop is not stable enough for a rehearsal.
   std::optional<controller::AxisOutcome> predicted{};
-  std::optional<double> true_rms_um{};  ///< true RMS error in the same rehearsal, also between the samples
+  std::optional<double> true_rms_um{};  ///< true RMS error of this rehearsal: at and between the samples
   /// Rehearsed outcome with each structure in all_structures. Set only for the present and the proposed
   /// candidate.
   std::vector<controller::AxisOutcome> by_structure{};
@@ -38,9 +38,9 @@ struct Candidate {
 };
 
 /// Returns the index of the best candidate: it has the smallest predicted error at the samples, and its
-/// sensitivity is at most `peak_sensitivity` at all corners of the plant's uncertainty. The best candidate
-/// must also be better than the present setting (index 0) by 2 % at the samples and, if known, not worse
-/// between the samples; otherwise the present setting is the best.
+/// sensitivity is at most `peak_sensitivity` at every corner of the plant's uncertainty (a combination of the
+/// ends of its intervals). The best candidate must also be better than the present setting (index 0) by 2 %
+/// at the samples and, if known, not worse between the samples; otherwise the present setting is the best.
 std::size_t best_of(const std::vector<Candidate>& candidates, double peak_sensitivity);
 
 struct TuningReport {
@@ -48,7 +48,7 @@ struct TuningReport {
   std::string axis;
   std::string drive_unit;
   std::string actuator;  ///< model file of the twin's actuator
-  std::string record;    ///< name of the record; empty: the command itself drove `steps`
+  std::string record;    ///< name of the record file; empty: the command itself drove `steps`
   bool rehearsed = false;
   controller::Excitation::Steps steps;
   double rate_Hz = 0.0;
@@ -81,9 +81,9 @@ nlohmann::json to_json(const TuningReport& report);
 /// near -90.
 std::string response_table(const TuningReport& report, const identification::Dataset& record);
 
-/// Draws the frequency responses to the file `picture` (.svg or .png). Writes their data beside it: .data.csv
-/// (the response_table() and rows of the curves) and the list of pictures, .json (pictures.h). Returns the
-/// reason if the picture was not drawn.
+/// Draws the frequency responses to the file `picture` (.svg or .png). Writes two more files beside the
+/// picture: the data as .data.csv (the rows of response_table() and of the curves), and the list of pictures
+/// as .json (pictures.h). Returns the reason if the picture was not drawn.
 std::optional<std::string> draw_response(const TuningReport& report, const identification::Dataset& record,
                                          const std::filesystem::path& picture);
 
