@@ -89,17 +89,18 @@ void set_dynamics(Stage& stage, std::size_t i, const IdentifiedPlant& plant) {
   if (delays.sensor_delay.count() > 0) twin.sensor.delay = delays.sensor_delay;
   const auto path = [&](const config::Member& member) { return path_of(stage.config, member); };
   stage.comments[path(axis.control.delays.amplifier_bandwidth_Hz)] =
-      "from the step; includes the sensor's lag";
-  stage.comments[path(twin.plant.amplifier.bandwidth_Hz)] = "from the step";
+      "from the step record; includes the sensor's lag";
+  stage.comments[path(twin.plant.amplifier.bandwidth_Hz)] = "from the step record";
   if (!plant.mode) return;
-  stage.comments[path(axis.control.delays.resonance_Hz)] = "from the step";
-  stage.comments[path(axis.control.delays.damping_ratio)] = "from the step";
+  stage.comments[path(axis.control.delays.resonance_Hz)] = "from the step record";
+  stage.comments[path(axis.control.delays.damping_ratio)] = "from the step record";
 }
 
 std::string dynamics_line(const controller::Delays& delays) {
-  return fmt::format("dynamics: {:.5g} Hz, damping ratio {:.3g}, amplifier {:.4g} Hz, sensor {:.3g} ms",
-                     delays.resonance_Hz, delays.damping_ratio, delays.amplifier_bandwidth_Hz,
-                     1e3 * delays.sensor_s());
+  return fmt::format(
+      "dynamics: resonance {:.5g} Hz, damping ratio {:.3g}, "
+      "amplifier bandwidth {:.4g} Hz, sensor delay {:.3g} ms",
+      delays.resonance_Hz, delays.damping_ratio, delays.amplifier_bandwidth_Hz, 1e3 * delays.sensor_s());
 }
 
 /// Returns a line for the user: the identified dynamics, and the record from which they were identified.

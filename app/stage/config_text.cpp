@@ -112,7 +112,7 @@ class FirstAxis {
   }
 
   void set_delays() {
-    const char* origin = facts_.mode_is_measured ? "from the step" : "stated, not measured";
+    const char* origin = facts_.mode_is_measured ? "from the step record" : "stated, not measured";
     controller::Delays& delays = axis_.control.delays;
     delays.command_delay = std::chrono::microseconds(std::llround(1e6 / rate_Hz_));
     delays.amplifier_bandwidth_Hz = rounded(std::max(1000.0, 3.0 * delays.resonance_Hz), 3);

@@ -77,10 +77,11 @@ std::string describe(const IdentifiedPlant& plant, const controller::Delays& sta
   return text +
          line("residual", fmt::format("{:.3g} {} rms; the model explains {:.4f} % of the output's variance",
                                       plant.residual_rms, output_unit, 100.0 * plant.explained)) +
-         line("chain", fmt::format("{:.5g} Hz, damping {:.4g}, amplifier {:.5g} Hz, sensor {:.4g} ms: {}",
+         line("chain", fmt::format("resonance {:.5g} Hz, damping ratio {:.4g}, "
+                                   "amplifier bandwidth {:.5g} Hz, sensor delay {:.4g} ms: {}",
                                    plant.delays.resonance_Hz, plant.delays.damping_ratio,
                                    plant.delays.amplifier_bandwidth_Hz, 1e3 * plant.delays.sensor_s(),
-                                   "values that reproduce the samples of the record")) +
+                                   "with these values, the chain reproduces the samples of the record")) +
          far_from_stated(plant, stated);
 }
 

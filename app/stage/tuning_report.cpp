@@ -248,7 +248,8 @@ std::string describe(const TuningReport& report) {
   const controller::Delays& now = report.present().loop.delays;
   return (report.record.empty() ? experiment_line(report) : record_line(report)) +
          describe(report.plant, now, report.drive_unit, "um") +
-         line("configured", fmt::format("{:g} Hz, damping {:g}, amplifier {:g} Hz, command delay {:g} ms",
+         line("configured", fmt::format("resonance {:g} Hz, damping ratio {:g}, "
+                                        "amplifier bandwidth {:g} Hz, command delay {:g} ms",
                                         now.resonance_Hz, now.damping_ratio, now.amplifier_bandwidth_Hz,
                                         1e-3 * microseconds(now.command_delay))) +
          (report.only_cautious ? std::string() : describe(report.rule)) + describe(report.cautious_rule) +
