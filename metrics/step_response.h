@@ -49,7 +49,7 @@ class StepResponse {
     std::size_t steps = 0;
     std::size_t not_settled = 0;
     double settling_s = 0.0;  ///< longest settling time of all steps that settled
-    double overshoot = 0.0;   ///< largest overshoot, as a fraction of its step
+    double overshoot = 0.0;   ///< largest overshoot, as a fraction of the height of its step
   };
 
   /// `tolerance_um`: half width of the band around the new level; 0: the band is 1 % of the step.

@@ -52,7 +52,7 @@ class RunWriter {
 
   const std::filesystem::path& run() const { return run_; }
 
-  /// Adds a row, without waiting for the disk.
+  /// Adds a row of cycles_*.csv or of changes.csv, without waiting for the disk.
   void add(const controller::CycleRecord& record);
   void add(const config::Change& change);
   /// Writes the rows to the disk until end() is called. The owner calls this function once, on a thread of

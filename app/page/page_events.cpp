@@ -57,7 +57,7 @@ json act_event(const std::string& by, const std::string& level, const std::strin
 }
 
 /// Returns one event for each changed setting. If there are more than `most_changes`, the last event gives
-/// the number of the others.
+/// the number of the other changes.
 std::vector<json> change_events(const std::string& by, const std::string& what,
                                 const std::vector<config::Change>& changes) {
   std::vector<json> events;

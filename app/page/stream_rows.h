@@ -57,8 +57,8 @@ class RowDecimator {
   /// `bucket`: number of rows in a group; with 1 or 2, all rows are kept. The stream must have a column
   /// `axis`.
   RowDecimator(const StreamGreeting& greeting, std::size_t bucket);
-  /// Returns the number of rows in a group that reduces `rate_Hz` to at most `most_Hz` rows per second and
-  /// axis.
+  /// Returns how many rows a group must have, so that a stream of `rate_Hz` is reduced to at most `most_Hz`
+  /// rows per second and axis.
   static std::size_t bucket_for(double rate_Hz, double most_Hz);
 
   void put(std::span<const double> row);

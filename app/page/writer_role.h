@@ -1,5 +1,5 @@
 // Manages the writer's role: only the page that has this role may change the controller. Sends the pages'
-// commands to the controller, and remembers the settings in force as last read.
+// commands to the controller, and stores the settings in force that it read last.
 #pragma once
 
 #include <cstdint>
@@ -41,7 +41,7 @@ class WriterRole {
   PageEvents& events_;
   ControlLink &link_, &ending_;
   std::uint64_t holder_ = 0;            ///< number of the client that has the role; 0: none
-  std::vector<config::Setting> known_;  ///< settings in force as last read; empty: not read yet
+  std::vector<config::Setting> known_;  ///< settings in force, from the last reading; empty: not read yet
   std::uint64_t changes_ = 0;           ///< number of commands and answers so far; if this number changes
                                         ///< during a request for the settings, the answer may be outdated
 };

@@ -88,7 +88,8 @@ Interval drives_within(const Excitation::Hysteresis& loop, const Interval& measu
 }
 
 /// Returns the part of `whole` that should keep the position within its limits, by extrapolation from the
-/// measured small `loop`. Returns `nullopt` if all of `whole` should keep it there.
+/// measured small `loop`. Returns `nullopt` if even all of `whole` should keep the position within its
+/// limits.
 std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hysteresis& whole,
                                                          const Excitation::Hysteresis& loop,
                                                          const Interval& measured,

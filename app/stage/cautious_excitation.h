@@ -13,7 +13,7 @@ namespace hystcan::app {
 double quasi_static_period_s(double resonance_Hz);
 
 /// Multiplies the size of an excitation by `factor`. The centre of steps and chirps does not change. Loops
-/// change around the safe drive, because every run begins and ends there.
+/// grow or shrink around the safe drive, because every run begins and ends there.
 controller::Excitation::Config resized(controller::Excitation::Config excitation, double factor,
                                        double safe_drive);
 

@@ -18,7 +18,7 @@ namespace {
 
 using Values = std::map<std::string, std::string>;
 
-/// Returns the settings in [axis.control] of an axis: value by path of the key.
+/// Returns the settings in [axis.control] of an axis, as a map from the path of a key to its value.
 Values values_of(const config::AxisConfig& axis) {
   Values values;
   config::control_text(axis, [&](const config::Key& key, bool /*is_required*/) {

@@ -57,8 +57,8 @@ class LongestStretch {
     const std::optional<Cycle> before = std::exchange(before_, cycle);
     if (!before || !before->is_driven || !cycle.is_driven || before->number + 1.0 != cycle.number)
       return end_stretch();
-    // True in the second cycle of a stretch. The row would contain the drive before the stretch, which was
-    // the safe drive; the row is therefore left out.
+    // True in the second cycle of a stretch. The row of this cycle would contain the drive before the
+    // stretch, which was the safe drive. The row is therefore left out.
     const bool follows_arming = transitions_++ == 0;
     const bool may_be_disabled = present_.size() == 0 && cycle.initialises && cycle.drive == before->drive;
     if (follows_arming || may_be_disabled) return;

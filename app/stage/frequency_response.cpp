@@ -19,7 +19,7 @@ using Complex = std::complex<double>;
 double degrees(double radians) { return radians * 180.0 / std::numbers::pi; }
 
 /// Returns the phase of `value` in degrees without jumps of 360 degrees. `phase`: the phase in radians at the
-/// next lower frequency; it is replaced by the new one.
+/// next lower frequency; the function replaces it by the phase of `value`.
 double next_degrees(double& phase, const Complex& value) {
   phase += std::arg(value / std::polar(1.0, phase));
   return degrees(phase);

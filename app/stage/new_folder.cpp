@@ -14,7 +14,7 @@ namespace hystcan::app {
 namespace {
 
 /// Throws an error because the folder `path` cannot be created. The message names the deepest existing parent
-/// folder, in which the system refused it.
+/// folder, in which the system refused to create a folder.
 [[noreturn]] void fail(const std::filesystem::path& path, int error) {
   std::error_code ignored;
   std::filesystem::path present = (path.has_filename() ? path : path.parent_path()).parent_path();

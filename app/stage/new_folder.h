@@ -17,7 +17,7 @@ class NewFolder {
   NewFolder(const NewFolder&) = delete;
   NewFolder& operator=(const NewFolder&) = delete;
 
-  /// Returns the path of the temporary folder until commit().
+  /// Returns the path of the temporary folder; an empty path after commit().
   const std::filesystem::path& path() const { return temporary_; }
   void commit();
 

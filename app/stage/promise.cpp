@@ -41,7 +41,8 @@ constexpr double deviate(std::size_t k) { return deviates[k % deviates.size()]; 
 
 double square(double x) { return x * x; }
 
-/// Rehearses a setup. Provides the true error of each axis, and the mean speed of its drive while it tracks.
+/// Rehearses a setup. Provides the true error of each axis, and the mean speed of its drive while the axis
+/// tracks.
 class Run {
  public:
   explicit Run(const rehearsal::Setup& setup)

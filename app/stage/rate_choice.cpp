@@ -26,7 +26,7 @@ constexpr double nearly_as_good = 1.1;
 // setpoints can avoid.
 constexpr std::size_t most_rehearsed = 2;
 
-/// Returns the mean square of the promised errors of all axes, in percent of the stroke.
+/// Returns the mean of the squared promised errors of all axes. Each error is in percent of the stroke.
 double score(const std::vector<Promise>& promises) {
   if (promises.empty()) return std::numeric_limits<double>::infinity();
   double sum = 0.0;

@@ -175,7 +175,7 @@ std::string_view nodes_of(const config::Config& config) {
   return config.axes.front().analogue ? "node" : "twin";
 }
 
-/// Prints the next commands. `made`: current path of the folder; before commit() it is the temporary one.
+/// Prints the next commands. `made`: present path of the folder, which is temporary before commit().
 void print_ready(const std::filesystem::path& made, const std::filesystem::path& folder,
                  std::string_view nodes) {
   const std::string file = shell_word(folder / stage_config), fast = shell_word(folder / fast_config);
@@ -323,8 +323,8 @@ void fit_limits(config::AxisConfig& axis, const AxisRecords& records) {
                    before.position_max_um)});
 }
 
-/// Prints whether another cycle rate is better. Uses the better rate only if the user did not state a rate.
-/// In addition, the better rate must halve the error, or the default rate must excite a mode.
+/// Prints whether another cycle rate is better. Uses the better rate if the user did not state a rate, and if
+/// the better rate halves the error or the default rate excites a mode.
 void choose_rate(const std::filesystem::path& file, StageFacts& facts, const Plants& plants) {
   const ConfigAtRate at_rate = [&](double rate_Hz) {
     StageFacts other = facts;
