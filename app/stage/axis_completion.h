@@ -49,10 +49,10 @@ std::string plant_name(const std::string& axis);
 
 void print_lines(const std::string& of, const std::vector<std::string>& lines);
 
-/// Identifies the hysteresis model of an axis from its loops; the ends of the loops become its thresholds.
-/// Writes model, twin's actuator and report into `folder`, and prints the results. A measured drive may
-/// exceed `range` by its noise; such drives are set to the ends of `range`. Throws Error if the records do
-/// not determine a model, and RunError at a signal.
+/// Identifies the hysteresis model of an axis from its loops. The ends of the loops become the thresholds of
+/// the model. Writes model, twin's actuator and report into `folder`, and prints the results. A measured
+/// drive may exceed `range` because of noise; such drives are set to the ends of `range`. Throws Error if the
+/// records do not determine a model, and RunError at a signal.
 identification::Identified identify_axis(const std::filesystem::path& folder, const std::string& axis,
                                          AxisRecords records, const model::Interval& range);
 
@@ -60,20 +60,21 @@ identification::Identified identify_axis(const std::filesystem::path& folder, co
 /// `stated`: dynamics as stated by the user. Throws Error if the record does not determine the dynamics.
 std::optional<IdentifiedPlant> shown_plant(const AxisRecords& records, const controller::Delays& stated);
 
-/// Tunes the loop of axis i of the stage. With `plant`, the cautious loop is set if it tracks in a rehearsal.
-/// Without `plant`, an integral loop with a low gain is set for the stated dynamics, and the report is empty.
+/// Tunes the loop of axis i of the stage. With `plant`, sets the cautious loop, or the proposed loop if the
+/// cautious loop does not track in a rehearsal. Without `plant`, sets an integral loop with a low gain for
+/// the stated dynamics, and returns an empty report.
 TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records,
                        const std::optional<IdentifiedPlant>& plant);
 
 /// Sets the cautious loop of axis i for the cycle rate of the stage. Uses the identified `plant`, or the
-/// stated dynamics if there is none. Does not rehearse and prints nothing.
+/// stated dynamics if `plant` is empty. Does not rehearse and prints nothing.
 void set_cautious_loop(Stage& stage, std::size_t i, const std::optional<IdentifiedPlant>& plant);
 
 /// Returns the proposed candidate if its predicted error is at least 2 % smaller than the predicted error of
-/// the loop that the configuration gets first (see loop_name()); otherwise null.
+/// the loop in stage.toml; otherwise null.
 const Candidate* faster_of(const TuningReport& report);
 
-/// Returns the name of the loop that is written to the configuration first.
+/// Returns the name of the loop in stage.toml, for example "cautious".
 std::string loop_name(const TuningReport& report);
 
 /// Rehearses the references of all axes together and returns a promise for each axis. `tuned`, `loops`:

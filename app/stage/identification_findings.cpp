@@ -85,13 +85,13 @@ class Findings {
     const Trends trend = trends(seen, predict(identified_, datasets_, i));
     if (datasets_.size() > 1 && std::abs(trend.gain) * percent_ > 0.1)
       add_finding(
-          "{}the output range differs from the model's by {:+.2g} % of the span: "
+          "{}the output range differs from the range of the model by {:+.2g} % of the span: "
           "the remaining error is a gain error",
           of_dataset(i), trend.gain * percent_);
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
       add_finding(
           "{}the output drifts by {:+.2g} % of its span over the dataset "
-          "(or creeps, or the assumed initial memory is wrong)",
+          "(the cause may also be creep or a wrong initial memory)",
           of_dataset(i), trend.drift * percent_);
     if (std::abs(trend.rate) > identified_.errors[i].rms && std::abs(trend.rate) * percent_ > 0.1)
       add_finding(
@@ -224,11 +224,11 @@ class Findings {
                       of_dataset(i));
           break;
         case InitialMemory::Kind::from_lower:
-          add_finding("{}the dataset starts as if the input had moved directly from the lower threshold",
+          add_finding("{}the dataset starts as if the input had come directly from the lower threshold",
                       of_dataset(i));
           break;
         case InitialMemory::Kind::from_upper:
-          add_finding("{}the dataset starts as if the input had moved directly from the upper threshold",
+          add_finding("{}the dataset starts as if the input had come directly from the upper threshold",
                       of_dataset(i));
           break;
         case InitialMemory::Kind::nested:

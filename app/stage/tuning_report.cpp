@@ -88,7 +88,7 @@ std::string candidate_table(const TuningReport& report) {
          fmt::format(
              "phase, gain: stability margins. |L| 180: largest |L| of the open loop L at -180 deg or beyond. "
              "bandwidth: without feed-forward.\n"
-             "notch: frequency, depth, width. worst case: of all combinations of the interval ends, "
+             "notch: frequency, depth, width. worst case: the worst combination of the interval ends, "
              "with the resonance interval widened by {:g} %.\n"
              "RMS: predicted error with the configured reference, at the samples. "
              "true: the same error, at and between the samples. Both are in % of {:g} um.\n",
