@@ -29,8 +29,8 @@ struct Step {
   /// Time at which the position entered the band for the last time; `nullopt` if the position is outside the
   /// band.
   std::optional<double> settled_s{};
-  /// Times at which the position first reached 10 % and 90 % of the way; `nullopt` if it has not reached
-  /// them.
+  /// Times at which the position first reached 10 % and 90 % of the way to the new level; `nullopt` if the
+  /// position has not reached them.
   std::optional<double> at_tenth_s{}, at_nine_tenths_s{};
   double overshoot_um = 0.0;
 

@@ -95,7 +95,7 @@ class Reader {
   void operator()(const char* key, std::string& text) const { text = of(key, &json::is_string, "a text"); }
   void operator()(const char* key, double& number) const { number = of(key, &json::is_number, "a number"); }
   void operator()(const char* key, std::uint64_t& count) const {
-    count = of(key, &json::is_number_unsigned, "a whole number from 0");
+    count = of(key, &json::is_number_unsigned, "a whole number, 0 or more");
   }
   void operator()(const char* key, std::vector<std::pair<std::string, std::string>>& pairs) const {
     for (const json& pair : of(key, &json::is_array, "a list")) {

@@ -253,9 +253,9 @@ void write_save(const std::filesystem::path& file, const ConfigSave& save) {
       std::filesystem::permissions(kept.written(), std::filesystem::status(target).permissions());
       kept.commit();
     } catch (const std::exception& error) {
-      throw RunError(
-          fmt::format("the previous file cannot be kept{}", save.undoes ? "" : ", so nothing is saved"),
-          error);
+      throw RunError(fmt::format("the previous text of the file cannot be kept{}",
+                                 save.undoes ? "" : ", so nothing is saved"),
+                     error);
     }
   };
   // The text that the user wants to restore must exist in one of the two files at every moment, even if the

@@ -121,7 +121,9 @@ std::string metrics_text(bool is_open, const std::optional<StatusAnswer>& status
   text.gauge("page_clients", "clients of the page", page.clients);
   text.counter("page_cut_off", "clients that were disconnected because they did not read or sent too much",
                page.cut_off);
-  text.counter("page_refused", "refused requests: foreign host or origin, or wrong token", page.refused);
+  text.counter("page_refused",
+               "requests that were refused because of a foreign host, a foreign origin or a wrong token",
+               page.refused);
   text.counter("page_lost_rows", "rows that did not reach a client", page.lost_rows);
   return text.end();
 }

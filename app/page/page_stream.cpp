@@ -83,7 +83,7 @@ void PageStream::read_greeting() {
         try {
           const auto greeting = read_object<StreamGreeting>(parse_command(line));
           if (greeting.columns.empty() || greeting.version != StreamGreeting().version)
-            return fail("is a stream of another version");
+            return fail("is a stream of another version of hystcan");
           begin(greeting);
         } catch (const std::exception& invalid) {
           return fail(fmt::format("is not a stream of hystcan: {}", error_text(invalid)));
