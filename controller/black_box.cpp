@@ -133,8 +133,8 @@ void BlackBox::write(Box& box, std::string_view reason, std::chrono::system_cloc
     if (makes_folder_) std::filesystem::create_directory(config_.folder);
     AppendFile file(path, AppendFile::Existing::refuse);
     std::string row = fmt::format(
-        "# axis {}: {}\n# next_position_um: the sample of the next cycle; *_us: time since the SYNC of the "
-        "cycle\n{}",
+        "# axis {}: {}\n# next_position_um: the sample of the next cycle; sample_heard_us and "
+        "command_sent_us: time since the SYNC of the cycle\n{}",
         box.name, reason, cycle_units);
     append_cycle_header(row);
     file.add(row += ",next_position_um\n");

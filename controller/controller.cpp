@@ -17,8 +17,8 @@ void check_couplings(const Config& config) {
   for (const WiredAxisConfig& axis : config.axes)
     for (const model::Coupling& coupling : axis.axis.couplings)
       if (coupling.index >= config.axes.size())
-        throw std::invalid_argument("axis " + axis.wire.name + " is coupled with " + coupling.from +
-                                    ", expected a controlled axis");
+        throw std::invalid_argument("axis " + axis.wire.name + " has a coupling from " + coupling.from +
+                                    ", expected the name of a controlled axis");
 }
 
 }  // namespace

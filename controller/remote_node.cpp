@@ -52,8 +52,8 @@ std::string what_happened(const NodeEvent& event) {
     case NodeEvent::Kind::not_set_up:
       return "not set up: " + can::describe(event.failure);
     case NodeEvent::Kind::foreign_nmt:
-      return fmt::format("another node sent this node NMT {} ({})", static_cast<unsigned>(event.command),
-                         to_string(event.command));
+      return fmt::format("another node sent the NMT command {} ({}) to this node",
+                         static_cast<unsigned>(event.command), to_string(event.command));
     case NodeEvent::Kind::foreign_sdo:
       return fmt::format("another node wrote to object 0x{:04X}:{:02X} of this node", event.object.index,
                          event.object.subindex);

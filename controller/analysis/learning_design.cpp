@@ -220,7 +220,7 @@ LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const
     if (finds_filter(responses, config, loop.cycle_s, design)) return design;
     design.periods += together;
   } while (design.plan.phases < most_taps && periods >= design.periods + settling_periods);
-  refuse("no filter learns if the resonance differs by ", config.resonance_percent,
+  refuse("no filter learns if the resonance differs from the configured one by ", config.resonance_percent,
          " %, expected a smaller resonance_percent, a notch, or less gain");
 }
 

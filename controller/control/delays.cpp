@@ -48,7 +48,7 @@ Moments Notch::Config::moments(double cycle_s) const {
 
 Notch::Coefficients Notch::design(const Config& config, double cycle_s) {
   require(config.frequency_Hz > 0.0 && config.frequency_Hz * cycle_s < 0.5, "frequency_Hz",
-          config.frequency_Hz, "more than 0 and less than half the rate");
+          config.frequency_Hz, "more than 0 and less than half of rate_Hz");
   require(config.depth >= 0.0 && config.depth <= 1.0, "depth", config.depth, "0 to 1");
   require(config.width > 0.0 && std::isfinite(config.width), "width", config.width, "more than 0");
   const double t = warped(config, cycle_s);

@@ -34,14 +34,16 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"amplifier fault",
      "the amplifier tripped or is still faulted: find the cause, then clear and enable the axis"},
     {"amplifier not enabled",
-     "the amplifier does not report that it is enabled: check its interlocks, and the start-up time in "
-     "its data sheet (enable_delay_ms)"},
+     "the amplifier does not report that it is enabled: check its interlocks, and that "
+     "enable_delay_ms is not shorter than the start-up time in its data sheet"},
     {"following error",
-     "the stage does not follow: check that the amplifier drives it, and check load, model and gains", true},
+     "the stage does not follow the reference: check that the amplifier drives the stage, and check load, "
+     "model and gains",
+     true},
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
     {"another controller is on this bus",
-     "another node sends SYNC, this controller's heartbeat, its commands or its status of an axis: the log "
+     "another node sends a SYNC, or a heartbeat, a command or an axis status of this controller: the log "
      "shows the frame; stop one of the two controllers"},
     {"sample late",
      "samples arrive after the next SYNC or after command_deadline_us: check the bus load and the "
@@ -72,7 +74,8 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"foreign NMT or SDO",
      "another node sends an NMT command or an SDO to a node of this axis: see the log, and stop the sender"},
     {"loop unstable",
-     "the loop oscillates: lower kp and ki_per_s, set a notch at the resonance; `hystcan tune` finds both",
+     "the loop oscillates: lower kp and ki_per_s, set a notch at the resonance; `hystcan tune` finds the "
+     "values",
      true},
     {"output differs",
      "the amplifier's output differs from the command: check its interlock, its supply, its limits and "

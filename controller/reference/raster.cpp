@@ -95,7 +95,7 @@ void prepare(Raster& raster) {
   if (raster.both_directions && period_lines % 2 != 0)
     refusal << "lines + return_lines is " << period_lines
             << ", expected an even number: otherwise, with both_directions, every second frame starts at the "
-               "other end";
+               "other end of the line";
   const double shorter = std::min(raster.flyback_percent, 100.0 - raster.flyback_percent);
   if (!raster.both_directions && 0.5 * raster.turnaround_percent > shorter)
     refusal << "turnaround_percent is " << raster.turnaround_percent << ", expected at most " << 2.0 * shorter

@@ -170,8 +170,9 @@ TEST(ForeignAccess, IsOnlyCountedIfItReadsOrStarts) {
   loop.rehearsal.run_for(milliseconds(5));
   EXPECT_EQ(loop.axis().state(), AxisState::tracking);
   EXPECT_EQ(loop.events,
-            (std::vector<std::string>{"node 2: another node sent this node NMT 1 (start)",
-                                      "node 2: another node sent this node NMT 119 (unknown command)"}));
+            (std::vector<std::string>{
+                "node 2: another node sent the NMT command 1 (start) to this node",
+                "node 2: another node sent the NMT command 119 (unknown command) to this node"}));
   EXPECT_EQ(loop.rehearsal.controller().node_notes(),
             (std::vector<std::string>{"node 1: 3 SDO reads of another node",
                                       "node 2: 2 NMT commands of another node"}));

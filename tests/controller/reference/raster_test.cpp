@@ -184,7 +184,7 @@ TEST(Raster, RefusesNumbersThatContradictEachOther) {
   EXPECT_EQ(
       refusal(raster),
       "lines + return_lines is 5, expected an even number: otherwise, with both_directions, every second "
-      "frame starts at the other end");
+      "frame starts at the other end of the line");
   raster = one_way(ScanRole::fast);
   raster.flyback_percent = 8.0;
   EXPECT_EQ(
