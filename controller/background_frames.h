@@ -5,8 +5,8 @@
 // the commands, and a frame that does not fit into the queue is lost. Therefore these frames follow the
 // commands of a cycle, and at most one of them is sent in a cycle in addition to the heartbeat.
 //
-// If frames have slots (can::is_in_slot), one heartbeat, status or marker instead follows the SYNC of the
-// controller's slot. The frames of the start-up still follow the commands.
+// If frames have slots (can::is_in_slot), the controller sends a heartbeat, a status or a marker only
+// directly after the SYNC of its own slot. The frames of the start-up still follow the commands.
 //
 // The start-up brings the remote nodes of waiting axes to the state operational. A node is set up by SDO
 // first, and started by NMT when its set-up is complete. A stopped node does not answer SDO requests; it is

@@ -1,11 +1,11 @@
-// The black box keeps the last cycles of each axis in memory. When the axis faults, it writes them as CSV,
-// which shows the cause and the consequences of the fault.
+// The black box keeps the last cycles of each axis in memory. When an axis faults, the black box writes the
+// cycles of this axis as CSV. They show the cause and the consequences of the fault.
 //
 // The black box runs on the telemetry thread and reads the cycle records, so it costs the control thread
 // nothing. Each fault has its own file, blackbox_20261121T221923.456Z_x.csv, named after the time (UTC) and
 // the axis. Files are never overwritten or removed. If the folder already contains the allowed number of
-// files, no more are written, because the first fault explains the most. A refused file, a full disk and a
-// missing folder cause warnings; the run continues.
+// files, no more files are written, because the first fault explains the most. A refused file, a full disk
+// and a missing folder cause warnings; the run continues.
 //
 // A row is a cycle n: SYNC, sample, command. The column next_position_um is the sample of cycle n+1, the
 // first sample that command n can influence. It is empty if cycle n+1 has no sample or was not recorded. The

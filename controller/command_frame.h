@@ -61,15 +61,16 @@ class CommandFrame {
   /// the frame contains the safe drive. Returns false if the drive is outside the range of its signal; the
   /// frame then contains the safe drive too.
   bool put(std::size_t place, const std::optional<AxisCommand>& command, std::uint8_t sync_counter);
-  /// Sends the frame; called after every axis has put its command. Sends nothing if no axis has a command.
-  /// Sends nothing either if the frame is safe and another safe frame is still on its way; after a hundred
-  /// unsent frames, the frame on its way counts as lost. Returns true if this frame replaces a waiting one,
-  /// which is then never sent.
+  /// Called after every axis has put its command. Sends the frame, unless no axis has a command. A safe frame
+  /// is not sent while another safe frame is still in the queue of the interface; after a hundred unsent
+  /// frames, the queued frame counts as lost. Returns true if this frame replaces a waiting frame, which is
+  /// then never sent.
   bool send(can::Bus& bus);
   /// Queues the waiting frame if the echo shows that the frame before it has left the interface. Called for
   /// the echo of each of our frames. `last_sync`: counter of the last SYNC that was queued.
   void on_echo(const can::Frame& frame, std::uint8_t last_sync, can::Bus& bus);
-  /// Discards the frames on their way. Called when the bus has lost them, or may have lost them.
+  /// Discards the queued frame and the waiting frame. Called when the bus has lost its frames, or may have
+  /// lost them.
   void forget();
 
   /// True if the previous frame had not left the interface when the last frame was sent. The commands are

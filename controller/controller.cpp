@@ -308,7 +308,8 @@ bool Controller::is_awaited(const WiredAxis& wired) const {
          wired.sensor.is_awaited(counters_.cycles, wired.axis.config().supervision.missing_samples);
 }
 
-/// Called at the command deadline: sends the frames of several axes that still wait for a sample.
+/// Called at the command deadline. Sends each command frame of several axes that is not sent yet, because a
+/// sample is missing.
 void Controller::end_waiting() {
   if (phase_ == Phase::silent) return;
   for (const auto& commands : frames_.commands)

@@ -30,7 +30,7 @@ struct CycleCounters {
 struct CyclePhases {
   can::Duration period{};        ///< time from the last SYNC to this one
   can::Duration lateness{};      ///< delay of the SYNC after its deadline
-  can::Duration sample_heard{};  ///< arrival of the sample (kernel's timestamp); zero if none arrived
+  can::Duration sample_heard{};  ///< arrival of the sample (kernel's timestamp); zero: no sample
   can::Duration command_sent{};
   can::Duration execution{};  ///< execution time of the axis's step
 
@@ -67,7 +67,7 @@ struct CycleColumn {
     axis,    ///< the index of the axis; in CSV its name
     state,   ///< the number of an AxisState; in CSV its name
     cause,   ///< the number of a Cause; in CSV its name
-    limits   ///< the bits of `limit`; in CSV their names: slew+model
+    limits   ///< the bits of `limit`; in CSV their names, for example slew+model
   };
   std::string_view name;
   std::string_view unit;  ///< unit; "drive" means the drive unit of the axis; empty: no unit

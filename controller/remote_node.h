@@ -108,7 +108,8 @@ class RemoteNode {
   const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
   const can::E2eChecker& sdo_checker() const { return sdo_checker_; }
   const ForeignAccess& foreign_access() const { return foreign_; }
-  /// Returns the number of frames that arrived outside the node's slot; 0 if the node keeps its slot.
+  /// Returns the number of frames that arrived outside the node's slot. Returns 0 until the event for the log
+  /// was made, because one or two frames may be late.
   std::uint64_t outside_slot() const { return keeps_slot_ ? 0 : outside_slot_; }
 
   /// Called after the bus was off: discards the node's state and set-up, which may not be valid any more.

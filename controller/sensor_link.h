@@ -48,7 +48,8 @@ class SensorLink : public RemoteNode {
  private:
   can::Layout<can::SensorSample> layout_;
   SampleFrame& samples_;
-  std::optional<std::size_t> sync_place_;  ///< Index for is_doubled(); empty: samples have no SYNC counter.
+  /// Index of the SYNC counter in SampleFrame; empty: the samples have no SYNC counter.
+  std::optional<std::size_t> sync_place_;
   bool is_doubled_ = false;
   bool late_sample_ = false;    ///< True if a sample arrived too late since the last step.
   std::uint64_t heard_in_ = 0;  ///< The last cycle whose sample arrived in time.

@@ -19,8 +19,8 @@ struct Cycle {
   std::uint8_t sync_counter = 0;
   can::Time sync_sent{};
   can::Duration lateness{};     ///< Delay of the SYNC after its deadline.
-  can::Duration sync_period{};  ///< Time since the SYNC before; zero for the first SYNC.
-  double dt_s = 0.0;            ///< Time since the SYNC before; for the first SYNC, since start().
+  can::Duration sync_period{};  ///< Time since the previous SYNC; zero for the first SYNC.
+  double dt_s = 0.0;            ///< Time since the previous SYNC; for the first SYNC, since start().
 };
 
 class SyncClock {

@@ -33,7 +33,7 @@ Complex path_of(const LoopConfig& loop, const Complex& notch, double theta, int 
 
 /// Returns the weights of the feed-forward V that minimise the weighted integral of |1 - P_0 V|^2 + sum_m
 /// |P_m V|^2 (symbols: feed_forward_design.h). They solve the normal equations with two conditions: the sum
-/// of the weights is 1, and their mean position is the mean delay of the plant.
+/// of the weights is 1, and the weighted mean of their times is the mean delay of the plant.
 Weights feed_forward_weights(const LoopConfig& loop, const LinearLoop& linear) {
   const double ahead = chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s / loop.cycle_s;
   Eigen::Matrix<double, weights + 2, weights + 2> normal =

@@ -86,9 +86,9 @@ Eigen::ArrayXcd inverse_of(const std::vector<LearningResponse>& responses) {
 /// `share` and `corner` are frequencies, as shares of half the rate.
 double cut_off(double share, double corner) { return 1.0 - smooth_step((share / corner - 1.0) / 0.5); }
 
-/// Returns the taps h_k of the filter with this response H, cut off at `corner` and multiplied by a window:
-/// h_k = 1 / (2 pi) integral H e^{-i theta k} dtheta. Their number is odd, at most `phases` and at most
-/// most_taps.
+/// Returns the taps h_k of the filter with the response H(theta) = `response`. A low pass cuts H off at
+/// `corner`, and a window is applied to the taps: h_k = 1 / (2 pi) integral H e^{-i theta k} dtheta. The
+/// number of taps is odd, at most `phases` and at most most_taps.
 std::vector<double> taps_of(const Eigen::ArrayXcd& response, double corner, std::size_t phases) {
   const std::size_t count = std::min(most_taps, phases - (phases % 2 == 0 ? 1 : 0));
   const int late = static_cast<int>(count / 2);
@@ -172,8 +172,8 @@ void set_phases(LearningDesign& design, double cycles) {
 
 /// Returns the number of cycles whose errors are judged together; 0 if `periods` periods are a whole number
 /// of cycles. Otherwise a corner of the reference is on a sample in one period and between two samples in
-/// another, which changes the error. The returned cycles cover the whole shift from one sample to the next,
-/// or at most ten times `periods`.
+/// another, which changes the error. The returned number is large enough for a corner to move from one sample
+/// to the next. It is limited to the cycles of 10 * design.periods periods.
 std::size_t judged_cycles(const LearningDesign& design, double cycles) {
   constexpr double most_periods = 10.0;
   if (design.slip_cycles < near_enough) return 0;

@@ -7,7 +7,7 @@
 //   T = L / (1 + L)  without feed-forward (pi),     T = P z^m  without PI (average, inverse)
 //
 //   P, PI, F, L    plant with notch, PI, low pass and open loop (linear_loop.h)
-//   z, m           shift by one cycle; the preview, rounded to cycles
+//   z, m           z: shift by one cycle; m: time that the feed-forward looks ahead, in whole cycles
 //   H              response of the filter that turns an error into a correction
 //   M, R           middle and radius of a disc that contains T for every resonance in its interval
 //   q              share of the error that may be learnt: smaller if the phase of T is more uncertain
@@ -21,8 +21,8 @@
 //
 //   |1 - forget - rate H T| <= 1 - forget / 2         rate, forget: Learning::Config
 //
-// If the check fails, a low pass with a decreasing corner cuts H off until the check passes. If the period is
-// short, several periods are also learnt together, which allows a longer filter.
+// If the check fails, a low pass cuts H off, and its corner decreases until the check passes. If the period
+// is short, several periods are learnt together, because this allows a longer filter.
 #pragma once
 
 #include <optional>
@@ -38,8 +38,8 @@ struct LearningDesign {
   Learning::Plan plan;
   /// Number of periods that are learnt together, because together they are nearly a whole number of cycles.
   unsigned periods = 1;
-  /// Difference between `periods` periods and a whole number of cycles. Corrections are interpolated between
-  /// cycles.
+  /// Difference between `periods` periods and a whole number of cycles. Because of this difference,
+  /// corrections are interpolated between cycles.
   double slip_cycles = 0.0;
   /// Frequency up to which an error falls to a tenth within 20 periods at the default learning rate. With a
   /// lower learning rate, more periods are allowed.

@@ -25,7 +25,7 @@ double rounded_down(double value) {
   if (value <= 0.0) return 0.0;
   const double digits = 2.0 - std::floor(std::log10(value));
   const double down = std::floor(value * std::pow(10.0, digits) * (1.0 + 1e-12));
-  // A power of ten is exact, but its inverse is not: 46 / 10, not 46 * 0.1.
+  // 10 is exact as a double, but 0.1 is not. Therefore 46 / 10 is exactly 4.6, and 46 * 0.1 is not.
   return digits < 0.0 ? down * std::pow(10.0, -digits) : down / std::pow(10.0, digits);
 }
 

@@ -39,7 +39,8 @@ namespace hystcan::controller {
 /// The uncertainty of the plant, as intervals of its parameters. A corner is a combination of interval ends.
 /// The plant in the middle is in LoopConfig.
 struct PlantUncertainty {
-  model::Interval resonance_Hz;  ///< frequency of the mode; upper end infinite if no record has shown it
+  /// Frequency of the mode. The upper end is infinite if no record has shown the mode.
+  model::Interval resonance_Hz;
   model::Interval damping_ratio;
   model::Interval longer_s{0.0, 0.0};  ///< range of an additional pure delay, in s
 

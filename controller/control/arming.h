@@ -24,7 +24,7 @@ enum class ArmingBlock : std::uint8_t {
   clear,             ///< the amplifier's latched fault must be cleared
   amplifier_ready,   ///< the amplifier must report the state ready
   amplifier_output,  ///< the amplifier must report an output within drive_min..drive_max
-  amplifier_rest,    ///< the amplifier's output must be the same in two statuses in a row
+  amplifier_rest,    ///< the output must be nearly the same in two statuses in a row
   sample,
   enabled,     ///< the amplifier must report the state enabled, or its enable delay must pass
   output,      ///< the amplifier's output must follow the drive

@@ -14,8 +14,8 @@ constexpr double decays = 3.0, longest_decay_s = 2.0;
 
 /// Shares by which a stage may be less steep than its model. A straight line as a model gives only the
 /// direction and the order of magnitude of a stage's motion: the flat end of a loop can be a third as steep
-/// as its mean. In open loop, the larger share applies too, because the model may be an old one that is being
-/// replaced.
+/// as its mean. In open loop, the share of a line applies to every model, because the model may be an old one
+/// that is being replaced.
 constexpr double shortfall_of_a_line = 0.9, shortfall_of_a_measured_model = 0.3;
 
 bool is_line(const model::HysteresisParameters& model) {

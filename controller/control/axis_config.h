@@ -42,7 +42,7 @@ struct AxisConfig {
   ReferenceLimits reference_limits{};
   /// Additional limits that apply only to transitions; see default_transition_limits().
   ReferenceLimits transition_limits{};
-  std::optional<InPosition::Config> in_position{};  ///< empty: the axis does not judge its arrival
+  std::optional<InPosition::Config> in_position{};  ///< empty: the axis does not decide if it is in position
   MemorySource start_up = MemorySource::wipe;
   /// Slew in drive units/s of the ramps to the thresholds, and to the safe drive at a stop.
   double wipe_slew_per_s = 100.0;

@@ -47,7 +47,7 @@ struct AxisReport {  // NOLINT(clang-analyzer-optin.performance.Padding)
   double demand_um = 0.0;     ///< demanded position, after the notch; NaN in open loop
   double drive = 0.0;         ///< commanded drive, the output of the gate
   std::uint8_t limits = limit::none;
-  std::uint32_t memory_depth = 0;  ///< branches in the model's memory; 0 in open loop
+  std::uint32_t memory_depth = 0;  ///< number of branches in the model's memory; 0 in open loop
   Learning::Report learning;
   bool sample_missing = false;
   Trajectory::Point point;

@@ -2,8 +2,8 @@
 // a lower and an upper limit.
 //
 //   a, b    the model's positions under the two extreme memories: in a, the drive has fallen from the upper
-//           threshold; in b, it has risen from the lower one on the virgin curve. The actuator's memory is
-//           between the two; a wipe makes the two equal
+//           threshold; in b, the drive has risen from the lower threshold on the virgin curve. The actuator's
+//           memory is between these two; a ramp to the upper threshold makes the two equal
 //   slow    a and b, delayed by the pure delays and by a first-order lag. The time constant of the lag is the
 //           sum of the other delays and two cycles. The measured position is between the smallest and the
 //           largest of these four positions (a, b, and both delayed)
@@ -35,7 +35,8 @@ class Course {
 
   double position_um() const { return mark_.front(); }
   const Mark& mark() const { return mark_; }
-  /// Returns the smallest and the largest possible motion of the position since that moment.
+  /// Returns the smallest and the largest possible motion of the position since the moment at which mark()
+  /// returned `since`.
   model::Interval moved_um(const Mark& since) const;
 
  private:

@@ -1,5 +1,5 @@
-// The links of the chain from a demand to the resulting position, with their delays, which the feed-forward
-// compensates. Also the two filters of the control law.
+// The delays of the chain of links from a demand to the resulting position. The feed-forward compensates
+// these delays. This file also contains the two filters of the control law.
 #pragma once
 
 #include <chrono>
@@ -44,11 +44,15 @@ struct Delays {
   double amplifier_bandwidth_Hz = 1e3;        ///< corner frequency of the amplifier's first-order lag
   double resonance_Hz = 100.0;                ///< frequency of the stage's mode
   double damping_ratio = 0.1;                 ///< damping ratio of the mode
-  bool interpolated = false;  ///< the amplifier moves in a straight line to a setpoint within a cycle
-  std::chrono::nanoseconds sensor_delay{0};  ///< time from a position to its sample
-  double sensor_bandwidth_Hz = 0.0;          ///< corner frequency of the sensor's first-order lag; 0: no lag
-  bool second_order = false;   ///< feed-forward compensates mean and variance; false: only the mean
-  bool plant_inverse = false;  ///< feed-forward compensates the whole chain (PlantInverse)
+  /// True if the amplifier's output moves to each setpoint along a straight line, which takes one cycle.
+  bool interpolated = false;
+  /// Pure delay of the sensor: a sample shows the position of this time ago.
+  std::chrono::nanoseconds sensor_delay{0};
+  double sensor_bandwidth_Hz = 0.0;  ///< corner frequency of the sensor's first-order lag; 0: no lag
+  /// True: the feed-forward compensates the mean delay and the variance; false: only the mean delay.
+  bool second_order = false;
+  /// True: the feed-forward inverts the response of all links of the chain (PlantInverse).
+  bool plant_inverse = false;
 
   /// Returns the time constant of the amplifier.
   double lag_s() const { return 1.0 / (2.0 * std::numbers::pi * amplifier_bandwidth_Hz); }
@@ -56,10 +60,10 @@ struct Delays {
   double preview_s(double cycle_s) const { return moments(cycle_s).mean_s; }
   /// Returns the sum of the pure delays from a command to a sample.
   double pure_s() const { return std::chrono::duration<double>(command_delay + sensor_delay).count(); }
-  /// Returns the mean delay of the sensor. A sample shows the position of this time ago.
+  /// Returns the mean delay of the sensor: its pure delay and its lag.
   double sensor_s() const;
-  /// Returns the mean delay from the SYNC whose sample a command answers to the sample that shows the effect
-  /// of the command.
+  /// Returns the mean time from a SYNC to a later sample. The controller answers the sample of this SYNC with
+  /// a command; the later sample shows the effect of this command.
   double to_sample_s(double cycle_s) const { return preview_s(cycle_s) + sensor_s(); }
 };
 
@@ -71,12 +75,11 @@ inline bool rings_between_samples(double cycles) {
   return cycles > 1.0 - near && std::abs(cycles - std::round(cycles)) < near;
 }
 
-/// Returns the feed-forward with which a chain of these moments outputs the reference r(t), to second order.
-/// `reference(x)` returns the reference x seconds from now. The reference is known in advance, so no
-/// derivative is needed. With the mean delay mu, the variance var and a cycle h, the result is
+/// Returns the input of a chain with these moments. With this input, the output of the chain is nearly the
+/// reference r(t) (see the inverse of the chain above struct Moments). `reference(x)` returns the reference x
+/// seconds from now. With the mean delay mu, the variance var and a cycle h, the result is
 ///   r(t + mu) - (var / 2) [r(t + mu + h) - 2 r(t + mu) + r(t + mu - h)] / h^2
-/// The result neglects terms O(s^3) of the chain; the second difference adds an error of (var / 24) h^2
-/// r''''.
+/// The second difference replaces the second derivative of r, with an error of (var / 24) h^2 r''''.
 template <class Reference>
 double second_order_preview(const Moments& moments, double h_s, const Reference& reference) {
   const double here = reference(moments.mean_s);

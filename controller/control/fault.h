@@ -50,8 +50,8 @@ inline constexpr std::size_t cause_count = 32;
 std::string_view to_string(Cause cause);
 /// Returns a sentence that tells the user how to remove this cause.
 std::string_view remedy(Cause cause);
-/// True if amplifier, bus and computer still work after this cause, so that the drive may ramp to its safe
-/// value.
+/// True if amplifier, bus and computer still work after a fault with this cause, so that the drive may ramp
+/// to its safe value.
 bool leaves_the_drive_in_hand(Cause cause);
 
 struct Fault {

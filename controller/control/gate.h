@@ -11,7 +11,7 @@ namespace hystcan::controller {
 namespace limit {
 inline constexpr std::uint8_t none = 0;
 inline constexpr std::uint8_t range = 0x01;  ///< the drive is limited to drive_min or drive_max
-inline constexpr std::uint8_t slew = 0x02;   ///< the drive is limited to slew * dt from the last drive
+inline constexpr std::uint8_t slew = 0x02;   ///< the change since the last drive is limited to slew * dt
 /// The requested drive is NaN or infinite: the last drive is held.
 inline constexpr std::uint8_t not_finite = 0x04;
 inline constexpr std::uint8_t model = 0x08;  ///< the demanded position is outside the model's range
@@ -25,7 +25,7 @@ struct Gate {
   struct Config {
     double drive_min = 0.0;  ///< smallest drive, drive units
     double drive_max = 100.0;
-    double slew_per_s = 1e4;  ///< drive units per second
+    double slew_per_s = 1e4;  ///< maximum slew of the drive, drive units per second
     double safe_drive = 0.0;
   };
   struct Passed {

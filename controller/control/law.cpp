@@ -110,8 +110,8 @@ ControlLaw::Demand ControlLaw::propose(const Input& input) {
   return demand;
 }
 
-// A low pass of the error equals separate low passes of reference and measurement. Omitted cycles and cycles
-// without a sample do not add to the integral: the error during these cycles is not known.
+// The low pass filters the error, so it delays reference and measurement equally and causes no error. Omitted
+// cycles and cycles without a sample do not add to the integral: the error during these cycles is not known.
 void ControlLaw::update_error(const Input& input) {
   const double elapsed_s = input.cycle_s > 0.0 ? std::min(input.dt_s, input.cycle_s) : input.dt_s;
   integrated_s_ = input.position_um ? elapsed_s : 0.0;

@@ -5,7 +5,8 @@
 //
 //   u        requested drive
 //   r, y     reference and measured position, both at the time of the sample; the error e is always r - y
-//   F        feed-forward: r(t + tau), the reference ahead by the mean delay tau, or to second order (Delays)
+//   F        feed-forward: the reference ahead by the mean delay tau, r(t + tau). Options of Delays replace
+//            it by a form of second order, or by the inverse of the plant
 //   kp, ki   gains of PI; I is the integral part, dt the time since the last step
 //   N        notch
 //   H        hysteresis: from a drive to a position; H^-1 is its inverse
@@ -38,9 +39,9 @@
 //   saturation_excess = N[F + kp e + I] - H(applied drive)
 //   I -= alpha saturation_excess,   alpha = 1 - e^{-ki dt / kp},  1 if kp = 0
 //
-// While the drive is at a limit, I stays at the position of the limit minus F, for any kp, within ki e dt of
-// one cycle. If F alone is beyond the position that is reached, PI has not caused the limit. I is then not
-// reduced; it only stops integrating further into the limit.
+// While the drive is at a limit, I stays at the position of the limit minus F, for any kp. The difference is
+// at most ki e dt of one cycle. If F alone is beyond the position that is reached, PI has not caused the
+// limit. I is then not reduced, but does not integrate further into the limit.
 #pragma once
 
 #include <array>
@@ -93,7 +94,7 @@ class ControlLaw {
     /// Measured position; `nullopt`: the sample is lost, and the law uses the last error.
     std::optional<double> position_um;
     double dt_s = 0.0;     ///< measured time since the last step
-    double cycle_s = 0.0;  ///< nominal cycle; the notch is designed for it
+    double cycle_s = 0.0;  ///< nominal time of a cycle; the notch is designed for this time
   };
   struct Demand {
     double drive = 0.0;        ///< requested drive, before the gate limits it
@@ -156,8 +157,9 @@ class ControlLaw {
 
   Config config_;
   model::Hysteresis full_, average_, line_;
-  model::HysteresisState memory_;                    ///< memory of the full model, with every structure
-  model::HysteresisState average_rest_, line_rest_;  ///< constant: average_ and line_ have no memory
+  model::HysteresisState memory_;  ///< memory of the full model, with every structure
+  /// The states of average_ and line_. These models have no memory, so their states never change.
+  model::HysteresisState average_rest_, line_rest_;
   model::OutputCreep creep_;
   model::OutputCreep::State creep_state_;
   Notch::Coefficients notch_;

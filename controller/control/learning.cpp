@@ -16,16 +16,16 @@ constexpr double ends_s = 0.01;
 /// Time constant in s with which a correction fades out when it ends.
 constexpr double fade_s = 0.02;
 
-/// An attempt to learn has failed if the error exceeds the error without learning by `grown_factor` in
-/// `grown_periods` consecutive periods.
+/// An attempt to learn has failed if, in `grown_periods` consecutive periods, the RMS error is above
+/// `grown_factor` times the RMS error without learning.
 constexpr double grown_factor = 1.3;
 constexpr unsigned grown_periods = 3;
 /// Number of periods for which a segment rests after a failed attempt to learn. A resting segment is not
 /// corrected. Its last period gives a new value for the error without learning.
 constexpr unsigned rest_periods = 3;
 constexpr unsigned most_attempts = 3;
-/// An error that exceeds the largest error without learning by this factor is a glitch, which is not learnt.
-/// The judgement limits a glitch to this value, so that many glitches still count as a grown error.
+/// An error above this factor times the largest error without learning is a glitch, which is not learnt. For
+/// the judgement, a glitch is limited to this value, so that many glitches still count as a grown error.
 constexpr double glitch_factor = 4.0;
 
 /// Returns the factor that multiplies the correction. It falls smoothly to 0 at both ends of the segment,

@@ -19,20 +19,21 @@
 // T is the response of the loop to c, and H the response of the filter (docs/theory/control_law.md). The
 // design in controller/analysis/learning_design.h satisfies this for a resonance that is not known exactly.
 //
-// If a period is not a whole number of cycles, several periods together nearly are. The rest stretches the
-// phases slightly: c is interpolated between two phases, and a new correction is distributed to the two
-// phases in the same way. At a share f of the way between two phases, this multiplies a frequency theta by
+// If a period is not a whole number of cycles, several periods are learnt together, because their sum is
+// nearly a whole number. The remaining difference stretches the phases slightly: c is interpolated between
+// two phases, and a new correction is distributed to the two phases in the same way. At a share f of the way
+// between two phases, this multiplies a frequency theta by
 //
 //   1 - 2 f (1 - f) (1 - cos theta)
 //
 // which weakens high frequencies and does not shift them.
 //
 // Only a complete window of errors of an undisturbed run is learnt: no transition, no first period, no lost
-// sample, no omitted SYNC, no active limiter, and no error far above those of the first period, which is a
-// glitch. Each segment is judged separately. If its error grows above its error without learning, its
-// correction fades out, the segment rests for some periods, and learning restarts at half the rate. After the
-// last attempt the segment is not corrected any more. A correction that ends, is reset or is withdrawn fades
-// out: it does not jump.
+// sample, no omitted SYNC, no active limiter, and no glitch (an error far above the errors of the first
+// period). Each segment is judged separately. If its error grows above its error without learning, its
+// correction fades out, the segment rests for some periods, and learning restarts with half the factor
+// `rate`. After the last attempt the segment is not corrected any more. If a correction ends, is reset or is
+// withdrawn, it fades out and does not jump.
 #pragma once
 
 #include <array>
@@ -73,7 +74,7 @@ class Learning {
   };
   /// Settings of the user, and the plans designed from them.
   struct Config {
-    double rate = 0.5;               ///< share of the error that one period corrects, > 0 to 1
+    double rate = 0.5;               ///< share of the error that one period corrects; above 0, at most 1
     double forget_percent = 0.2;     ///< share of the correction that is lost in each period
     double correction_max_um = 0.0;  ///< maximum absolute value of a correction
     /// The filter also works if the resonance differs from the configured one by up to this percentage.
@@ -84,7 +85,7 @@ class Learning {
   };
   struct Report {
     LearningState state = LearningState::off;
-    std::uint32_t periods = 0;  ///< number of periods that were judged since the last reset, of all segments
+    std::uint32_t periods = 0;  ///< number of judged periods of all segments since the last reset
     std::size_t segment = 0;    ///< index of the segment that was judged last
     double rms_um = 0.0;        ///< RMS error in the last judged period
     /// RMS error of this segment without learning: in the first period, or in the last rest.
@@ -143,7 +144,7 @@ class Learning {
     metrics::ErrorStatistics present{};  ///< errors of the present period; a glitch counts only up to a limit
     bool is_known = false;               ///< true: first_rms_um and first_largest_um are set
     double first_rms_um = 0.0, first_largest_um = 0.0;  ///< RMS and largest error without learning
-    unsigned grown = 0;    ///< consecutive periods with an RMS error above 1.3 first_rms_um
+    unsigned grown = 0;    ///< consecutive periods with an RMS error above 1.3 times first_rms_um
     unsigned resting = 0;  ///< remaining periods without correction after a failed attempt
     unsigned failed = 0;   ///< number of attempts in which the error grew
 
@@ -173,7 +174,7 @@ class Learning {
   /// target begins or ends, the correction does not jump: the difference fades out.
   struct Output {
     double last_um = 0.0;
-    double fading_um = 0.0;  ///< remaining difference from the target
+    double fading_um = 0.0;  ///< remaining difference between the correction and its target
     bool follows = false;
     double step(const std::optional<double>& target_um, double decay);
   };

@@ -4,8 +4,8 @@
 // Calls, in this order:
 //
 //   ramp_in(gate)                     returns the drives to visit before tracking
-//   settle()                          called if the actuator has rested at the last drive of follow()
 //   follow()                          takes each drive that is applied before tracking
+//   settle()                          called when the amplifier is armed: the actuator has rested until then
 //   elapse()                          time passes: in every cycle, before its drive is decided
 //   begin()                           tracking begins, together with the other axes or after them
 //   prepare()                         optional, when the time of the next propose() is known
@@ -27,7 +27,8 @@ class ClosedLoop {
   explicit ClosedLoop(const AxisConfig& config);
 
   /// Returns the drives that wipe out the actuator's memory: the upper threshold, and then the lower
-  /// threshold if it is needed.
+  /// threshold. If the drive reaches the upper threshold, the lower threshold is omitted in two cases: the
+  /// drive cannot reach it, or the actuator is a butterfly actuator.
   std::vector<double> ramp_in(const Gate::Config& gate) const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
   void settle() { law_.settle(); }
@@ -46,10 +47,10 @@ class ClosedLoop {
 
   void go_to(double t_s, double goal_um);
   void resume(double t_s);
-  /// Applies everything of `config` except the model and the setpoint. The drive does not jump. A given
-  /// `reference` continues from the present motion, and is exchanged for the previous reference. A given
-  /// `learning` is exchanged too; if none is given, the present learning ends. Called between two cycles;
-  /// does not allocate.
+  /// Applies everything of `config` except the model and the setpoint. The drive does not jump. If
+  /// `reference` has a value, it continues the present motion; afterwards `reference` contains the previous
+  /// reference. If `learning` has a value, the present learning is exchanged for it; otherwise the present
+  /// learning ends. Called between two cycles; does not allocate.
   void retune(const AxisConfig& config, std::optional<Trajectory>& reference,
               std::optional<Learning>& learning, double t_s);
 

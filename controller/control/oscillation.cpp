@@ -8,8 +8,9 @@ namespace {
 
 // The error turns only if it moves back by more than this share of `amplitude_um`. A smaller motion is noise.
 constexpr double smallest_turn = 1.0 / 32.0;
-// The error turns only if it also moves back by more than this share of the swing of the previous two
-// half-periods. A smaller motion is only the stage's mode, which rings while the drive rests.
+// A second condition for a turn: the error moves back by more than this share of the swing of the previous
+// two half-periods. If the error moves back by less, the reason is the ringing of the stage's mode at a drive
+// that rests.
 constexpr double smallest_share = 1.0 / 8.0;
 constexpr std::size_t few = 4, many = 8;  // numbers of compared pairs of half-periods
 // An oscillation grows if the swing of the newest pair is more than this many times the swing of the oldest
@@ -22,17 +23,19 @@ constexpr double before_growth = 1.0 / 8.0;
 // An oscillation stays if the largest swing of the newest four pairs is at least this share of the largest
 // swing of the four pairs before.
 constexpr double no_decay = 0.95;
-// Maximum ratio of the longest to the shortest half-period, among those in which the error rises, and among
-// those in which it falls.
+// Maximum ratio of the longest to the shortest half-period. Half-periods in which the error rises are
+// compared with each other, and half-periods in which the error falls are compared with each other.
 constexpr std::size_t unevenness = 4;
-// Maximum ratio of the longest to the shortest half-period, among those of both directions.
+// Maximum ratio of the longest to the shortest of all half-periods, with a rising or a falling error.
 constexpr std::size_t longer_way = 16;
 constexpr std::size_t short_spike = 4;  // maximum length of a spike, in cycles
-// A step of the reference makes the mode ring. A swing below this many times the sum of |second differences|
-// of the reference (for a step: twice its height) may come from a step. The loop is then not judged.
+// A step of the reference makes the mode ring. The sum of |second differences| of the reference is twice the
+// height of the step. If the swing is less than this factor times the sum, a step may be the cause of the
+// swing, and the loop is not judged.
 constexpr double step_response = 1.5;
 // A mode with a damping ratio of 0.017 amplifies the second differences of the reference by this factor. If
-// the second differences of the error are smaller, the reference may be their cause.
+// the second differences of the error are less than this factor times those of the reference, the reference
+// may be the cause of the error.
 constexpr double amplification = 30.0;
 
 }  // namespace

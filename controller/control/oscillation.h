@@ -7,7 +7,8 @@
 //
 //   T      `amplitude_um`, the amplitude above which an oscillation counts
 //   s_k    swing (peak to peak) of half-period k
-//   p_j    swing of pair j, p_j = max(s_(2j), s_(2j+1)),  j = 0, 1, ...; a single sampled peak varies more
+//   p_j    swing of pair j, p_j = max(s_(2j), s_(2j+1)),  j = 0, 1, ...; p_j varies less than a single s_k,
+//          because a sample rarely hits a peak
 //
 //   grows   p_0 >= 2 T,  p_1 >= 2 T / 8,   and either p_0 > p_1 > p_2 > p_3 with p_0 > 4 p_3,
 //           or p_0 > p_1 > ... > p_7 with p_0 > 1.5 p_7
@@ -18,21 +19,21 @@
 // by e^(-pi damping) in each half-period. For a damping of 0.002 or more, this is too fast for "stays".
 //
 // A spike of the sensor is not an oscillation: the spike is short, but the time to the next spike is long.
-// Therefore the half-periods must be even. In each half-period, the cycles count in which e is beyond the
-// middle of the half-period before. The largest number of these cycles may be at most four times the
-// smallest, plus one. If even the smallest is longer than a spike, this rule holds only among half-periods of
-// the same direction, and a factor of 16 holds between both directions: an oscillation at a limit of the
-// drive is uneven.
+// Therefore the half-periods must have similar lengths. The length of a half-period is the number of its
+// cycles in which e is beyond the middle of the half-period before. The longest half-period may have at most
+// four times the length of the shortest, plus one cycle. If every half-period is longer than a spike, this
+// limit holds separately for the half-periods with rising e and for those with falling e. A factor of 16 then
+// limits the ratio of all lengths, because an oscillation at a limit of the drive is not symmetric.
 //
 // A pair of half-periods is forced if the reference itself bends so much that a lightly damped mode explains
 // the error:
 //
-//   sum |e''| of the newest pair < 30 sum |r''|         '' : second difference from cycle to cycle
+//   sum |e''| of the newest pair < 30 sum |r''| of this pair      '' : second difference from cycle to cycle
 //
 // If more than half of the pairs are forced, the loop is not judged: a sine or a chirp through a resonance
-// makes a large error in a stable loop. A corner of a triangle forces only one pair. The loop is not judged
-// either if the newest swing is less than 1.5 sum |r''| of all pairs: a step, whose |r''| add up to twice its
-// height, makes a mode ring.
+// makes a large error in a stable loop. A corner of a triangle forces only one pair. A step makes a mode
+// ring, and its |r''| add up to twice its height. Therefore the loop is not judged either if the newest swing
+// is less than 1.5 sum |r''| of all pairs.
 //
 // All times are counted in half-periods, so the rate does not matter. A step takes constant time and does not
 // allocate.
@@ -84,7 +85,7 @@ class Oscillation {
   std::size_t newest_ = 0, closed_ = 0;
   std::size_t cycles_ = 0;   ///< cycles of the present half-period with the error beyond middle_um_
   double middle_um_ = 0.0;   ///< middle between the two ends of the half-period before
-  unsigned samples_ = 0;     ///< number of samples, up to 3: the first three have no second difference
+  unsigned samples_ = 0;     ///< number of samples so far, at most 3; the first three samples are not judged
   double turn_um_ = 0.0;     ///< error at the last turning point
   double extreme_um_ = 0.0;  ///< highest or lowest error since the last turning point
   bool rises_ = true;

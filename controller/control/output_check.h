@@ -13,7 +13,8 @@
 //
 // The first condition finds a difference during a ramp, whose slew is small. While the axis tracks, s is the
 // slew limit, and the second condition is the narrower one. Each status is judged once, when it arrives. The
-// verdict holds until the next status, but at most for one span: missing statuses have a cause of their own.
+// verdict holds until the next status, but at most for one span: missing statuses trip the axis with another
+// cause.
 #pragma once
 
 #include <array>

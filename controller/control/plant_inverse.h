@@ -29,10 +29,10 @@
 
 namespace hystcan::controller {
 
-/// Number of cycles that the feed-forward weights on each side of the mean delay.
+/// Number of cycles before the mean delay, and also after it, for which the feed-forward has a weight.
 inline constexpr int feed_forward_reach = 8;
-/// The weights of the feed-forward, from feed_forward_reach cycles before the mean delay to as many cycles
-/// after it.
+/// The weights of the feed-forward, one for each cycle: from feed_forward_reach cycles before the mean delay
+/// to feed_forward_reach cycles after it.
 using FeedForwardWeights = std::array<double, 2 * feed_forward_reach + 1>;
 
 /// The values of a reference for its weighted sum. Each cycle evaluates only the newest value. The earlier
@@ -59,14 +59,16 @@ class ReferenceWindow {
 /// The nominal plant from the demand to the sample, as a recursion from cycle to cycle.
 struct PlantRecursion {
   struct Term {
-    std::complex<double> share;  ///< factor s of the drive's change in the term (top of file); 0: no term
+    /// Factor s_i (see the top of this file): each cycle adds the change of the drive times this factor to
+    /// the term. 0: no term.
+    std::complex<double> share;
     std::complex<double> decay;  ///< factor of the term from cycle to cycle: e^{p T}; p: a pole, T: cycle
   };
   struct Config {
     int delay_cycles = 0;  ///< delay of the plant: its input is the drive of this many cycles ago
     bool interpolated = false;
-    /// Factor c of the drive's last change in the sample (see the top of this file). Used only if
-    /// `interpolated`.
+    /// Used only if `interpolated`: the last change of the drive changes the sample by this factor c times
+    /// the change (see the top of this file).
     double constant = 0.0;
     std::array<Term, 4> terms{};
     Notch::Coefficients notch{};
@@ -113,8 +115,8 @@ class PlantInverse {
 
  private:
   static constexpr double warm_up_cycles = 128.0;
-  /// Returns the number of cycles from the time at which the reference rested until `late_s`, at most
-  /// warm_up_cycles.
+  /// Returns how many cycles before `late_s` the reference was still at rest, at most warm_up_cycles. The
+  /// model of the plant starts there.
   int cycles_since_rest(double late_s, double cycle_s) const;
 
   Config config_;

@@ -9,12 +9,12 @@ namespace {
 constexpr double mean_cycles = 2.0, rest_cycles = 200.0;
 constexpr double floor_share = 0.003;  // share of the stroke that is added to the allowed error
 constexpr double backwards_share = 0.25;
-// A window is a part of the ramp in which model and sensor must move by similar amounts. Travels of the
-// drive, as shares of its range: from a turn to the first window, and from the beginning of a window until
-// the window is judged and until the next window begins.
+// A window is a part of the ramp in which model and sensor must move by similar amounts. The first window
+// begins when the drive has travelled by delayed_share of its range since a turn. A window is judged after
+// window_share from its beginning, and the next window begins after next_window_share.
 constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;
-// Minimum number of cycles for each of the three travels above. If a fast ramp makes a travel in fewer
-// cycles, the check waits longer.
+// Minimum number of cycles until a window begins or is judged. If a fast ramp travels far enough in fewer
+// cycles, the check waits until this number is reached.
 constexpr unsigned least_cycles = 6;
 constexpr unsigned contradictions_to_trip = 3;
 

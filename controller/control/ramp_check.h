@@ -1,6 +1,6 @@
 // Compares the motion of the position during the ramps of the start-up with the motion of the model (Course).
-// This detects a sensor that is reversed or scaled wrongly, or an amplifier that ends below its range, before
-// the axis tracks. The position agrees with the model if:
+// Before the axis tracks, this detects a sensor that is reversed or scaled wrongly, or an amplifier whose
+// output stops before the end of its range. The position agrees with the model if:
 //
 //   s (y - y_0) >= -d / 4 - e              since the start or the last turn of the ramp
 //   s (y - y_1) >= (1 - p) d - e           since the beginning of a window
@@ -18,8 +18,8 @@
 //
 // A window covers 14 % of the drive's range and at least six cycles. The first window begins after 8 % of the
 // range, when delays do not matter any more. The range of y at rest decays in 200 cycles, or in decay_s if
-// this is longer. It is at least 2 v' / w, where v' is the highest speed of y at rest, in case a slow mode
-// has not shown its full range.
+// decay_s is longer. This range is at least 2 v' / w, where v' is the highest speed of y at rest: a slow mode
+// may not have shown its full range yet.
 #pragma once
 
 #include <optional>

@@ -16,8 +16,8 @@ constexpr double stalled_cycles = 10.0;
 /// the sensor is frozen.
 constexpr double frozen_travel = 0.02;
 
-/// Number of consecutive cycles without an invertible model that trips the axis. A corner of the reference
-/// may cause one or two such cycles; an invalid model causes such cycles without end.
+/// If the model cannot be inverted in this number of consecutive cycles, the axis trips. A corner of the
+/// reference may cause one or two such cycles; an invalid model causes such cycles without end.
 constexpr unsigned not_invertible_cycles = 3;
 
 /// Returns the number of cycles since the last SYNC, rounded, at least 1. The position may change more in a

@@ -1,15 +1,16 @@
 // Decides in every cycle if a driven axis may stay driven. The decision is a pure step: it takes the received
 // data and the decided command, and returns a verdict.
 //
-//   sample     a lost, late or jumped sample is bridged and fills a leaky bucket; several in a row trip
+//   sample     the axis continues without a sample that is lost, late or jumped, but counts it; several such
+//              samples in a row trip the axis
 //   jump       |y - y_last| > position_jump_um for each cycle since y_last. y is the position in the sample,
-//              y_last the last accepted one. A second jump in a row is compared with the motion since
-//              then: y is accepted if its distance from the course of the model (course.h) is within the same
-//              limit, so that a real motion of the stage is accepted
+//              y_last the last accepted position. After a jump, the next y is accepted if y - y_last
+//              differs by no more than this limit from the motion of the model since y_last (course.h). So a
+//              real motion of the stage is accepted
 //   frozen     y is the same to the last bit for frozen_cycles, while the drive travels more than a fiftieth
 //              of its range: noise and motion would change the reading of any real sensor
-//   enable     once the amplifier has reported "enabled", any other state is a fault; before that, it may
-//              take enable_timeout_s
+//   enable     the amplifier must report "enabled" within enable_timeout_s; after that, any other state is a
+//              fault
 //   saturated  range, slew or the model's thresholds limit the drive for saturated_s without interruption
 //
 // If several causes are present at once, the verdict is the cause that explains the most.
@@ -103,8 +104,8 @@ class Supervisor {
 
   explicit Supervisor(const Config& config) : config_(config) {}
 
-  /// Changes the limits from the next cycle on. Empties the bucket of lost samples; all other counters and
-  /// timers continue.
+  /// Changes the limits from the next cycle on. Resets the count of lost samples (lost_tenths_); all other
+  /// counters and timers continue.
   void retune(const Config& config);
   /// Called before the axis is driven: resets all counters and timers.
   void restart();
@@ -129,8 +130,8 @@ class Supervisor {
   bool is_frozen(double position_um);
 
   Config config_;
-  /// A leaky bucket, in tenths: each lost sample adds ten tenths, each good sample removes one tenth. The
-  /// bucket tolerates single lost samples; several in a row trip the axis.
+  /// The count of lost samples, in tenths: each lost sample adds ten tenths, each good sample removes one
+  /// tenth. So single lost samples are tolerated, and several lost samples in a row trip the axis.
   unsigned lost_tenths_ = 0;
   struct Lost {
     /// Numbers of consecutive lost samples: in total, and by reason. `in_long_cycles` counts the samples that

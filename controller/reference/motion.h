@@ -84,9 +84,10 @@ class Turnaround {
   template <class One>
   double both(double t_s, const One& one) const;
 
-  double wide_s_ = 0.0;    ///< half the length of the longer rectangular pulse of the weight p
-  double narrow_s_ = 0.0;  ///< half the length of a shorter pulse, convolved with the longer one; 0: none
-  double apart_s_ = 0.0;   ///< half the distance between two equal pulses; 0: there is no pair of pulses
+  // The second derivative of the turnaround is one pulse or a pair of equal pulses:
+  double wide_s_ = 0.0;    ///< half the length of the rectangle in each pulse
+  double narrow_s_ = 0.0;  ///< half the length of a shorter rectangle, convolved with the first; 0: none
+  double apart_s_ = 0.0;   ///< half the distance between the two pulses; 0: there is one pulse
 };
 
 // The sawtooth is a periodic line with straight rises and falls. A turnaround (class Turnaround) rounds each

@@ -70,7 +70,7 @@ class Trajectory {
   /// Moves to `goal_um` and holds this position. The reference continues, brakes and moves in the same way as
   /// in resume(). If the reference itself has a limit of acceleration, it does not brake first: the shortest
   /// transition that keeps the limits leads from the present motion to the goal. This transition may
-  /// overshoot the goal by at most a fifth of velocity times duration.
+  /// overshoot the goal by at most a fifth of its first velocity times its duration.
   void go_to(double t_s, double goal_um, double previewed_s = 0.0);
 
   /// Sets the limits of transitions for later changes to another reference or to a live setpoint. The
@@ -133,7 +133,8 @@ class Trajectory {
   Handover braked(const Trajectory& before, double t_s, double previewed_s, double to_um) const;
 
   std::vector<Segment> segments_;
-  /// Transition into each segment; the first one starts at the end of the last segment.
+  /// Transition into each segment. The transition into the first segment starts at the end of the last
+  /// segment, and is used if the reference repeats.
   std::vector<Transition> entries_;
   /// For each segment: time from the beginning of the first shape to the transition into the segment.
   std::vector<double> begins_s_;

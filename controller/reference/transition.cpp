@@ -43,7 +43,7 @@ double stand_um(const Motion& from, double duration_s) {
 std::array<double, 2> roots_within_the_way(double p0, double p1, double p2) {
   const double discriminant = p1 * p1 - 4.0 * p2 * p0;
   if (!(discriminant > 0.0)) return {};
-  // A sum of two terms with the same sign: no cancellation.
+  // Both terms of this sum have the same sign, so the sum loses no digits.
   const double q = -0.5 * (p1 + std::copysign(std::sqrt(discriminant), p1));
   return {std::clamp(q / p2, 0.0, 1.0), std::clamp(p0 / q, 0.0, 1.0)};
 }

@@ -86,7 +86,8 @@ class Transition {
 
 // The handover from one reference to the next, without a jump of the drive. It has three parts:
 //
-//   from t_0, for h    lead: the old reference, unchanged. h is the preview
+//   from t_0, for h    lead: the old reference, unchanged. t_0 is the beginning of the handover, and h is the
+//                      time by which the feed-forward looks ahead
 //   then for T_b       braking to rest from the motion of the old reference (Transition::to_stand)
 //   then for T         onward: a Transition from rest to the goal
 //
