@@ -21,9 +21,9 @@ class AmplifierLink : public RemoteNode {
                 can::Duration heartbeat_timeout, const can::Database& database, SharedFrames& frames);
 
   Heartbeat on_heartbeat(const can::Frame& frame, can::Time now);
-  /// Decodes the status in a frame that statuses() has accepted. Returns true if the status is only a
-  /// periodic one, which has to keep its slot: it reports the same state as the last status, and this state
-  /// is not `off`.
+  /// Decodes the status in a frame that statuses() has accepted. Returns true if the status is a
+  /// periodic status, which has to keep its slot: the status reports the same state as the last status, and
+  /// this state is not `off`.
   bool on_status(const can::Frame& frame, can::Time now);
   void on_bus_loss(can::BusState state);
   /// Puts the command of this cycle into its frame. `nullopt`: the amplifier is not operational. Returns
@@ -54,7 +54,7 @@ class AmplifierLink : public RemoteNode {
   std::optional<can::Layout<can::AmpStatus>> layout_;
   ReceivedFrame* statuses_ = nullptr;
   bool reports_output_ = false;  ///< True if the status contains the output.
-  /// True if the status reports a fault only by its fault flags, because none of its states means a fault.
+  /// True if the status reports a fault only by its fault flags, because no value of its state means a fault.
   bool flags_report_fault_ = false;
   /// The status that is assumed until the first status arrives, or always if the amplifier sends no status.
   can::AmpStatus status_at_first_;

@@ -67,8 +67,8 @@ void BackgroundFrames::make_statuses_due() {
   for (const auto& wired : axes_) wired->status_sender.make_due();
 }
 
-/// Sends the heartbeat. After it, each node may receive an NMT command again. If a heartbeat had to wait for
-/// its slot, the later heartbeats are not shifted.
+/// Sends the heartbeat. After each heartbeat, each node may receive one NMT command again. If a heartbeat had
+/// to wait for its slot, the later heartbeats are not shifted.
 void BackgroundFrames::send_heartbeat(can::Bus& bus, can::Time sync_sent) {
   next_heartbeat_ += heartbeat_period_;
   if (next_heartbeat_ <= sync_sent) next_heartbeat_ = sync_sent + heartbeat_period_;

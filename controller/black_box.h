@@ -34,7 +34,7 @@ class BlackBox {
     /// Folder of the files. Empty: hystcan-blackbox in the working directory, created with the first file.
     std::filesystem::path folder;
     unsigned files = 50;             ///< maximum number of files of all runs in the folder; 0: writes none
-    std::size_t cycles = 10'000;     ///< cycles kept for each axis
+    std::size_t cycles = 10'000;     ///< number of cycles that are kept for each axis
     std::size_t cycles_after = 100;  ///< number of kept cycles that follow the fault
   };
   using Sink = can::BusHealthLog::Sink;

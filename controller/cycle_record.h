@@ -30,7 +30,7 @@ struct CycleCounters {
 struct CyclePhases {
   can::Duration period{};        ///< time from the last SYNC to this one
   can::Duration lateness{};      ///< delay of the SYNC after its deadline
-  can::Duration sample_heard{};  ///< arrival of the sample (kernel's timestamp); zero: no sample
+  can::Duration sample_heard{};  ///< time of the sample's arrival after the SYNC; zero: no sample
   can::Duration command_sent{};
   can::Duration execution{};  ///< execution time of the axis's step
 

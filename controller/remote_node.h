@@ -108,8 +108,8 @@ class RemoteNode {
   const can::E2eChecker& emergency_checker() const { return emergency_checker_; }
   const can::E2eChecker& sdo_checker() const { return sdo_checker_; }
   const ForeignAccess& foreign_access() const { return foreign_; }
-  /// Returns the number of frames that arrived outside the node's slot. Returns 0 until the event for the log
-  /// was made, because one or two frames may be late.
+  /// Returns the number of frames that arrived outside the node's slot. Returns 0 until three more frames
+  /// have arrived outside the slot than inside, because one or two frames may be late.
   std::uint64_t outside_slot() const { return keeps_slot_ ? 0 : outside_slot_; }
 
   /// Called after the bus was off: discards the node's state and set-up, which may not be valid any more.
@@ -128,8 +128,8 @@ class RemoteNode {
   }
   /// True if an emergency with a code other than "no error" has arrived since the last call.
   bool take_alarm() { return std::exchange(alarm_, false); }
-  /// Returns the oldest event that was not taken yet. Equal consecutive events are counted as one. If there
-  /// are more than sixteen, the later ones are lost, except for the last.
+  /// Returns the oldest event that was not taken yet. Equal consecutive events are counted as one. If
+  /// more than sixteen events are waiting, the later events are lost, except for the last event.
   std::optional<NodeEvent> take_event();
 
  private:

@@ -45,7 +45,7 @@ class TelemetryThread {
 /// Writes cycle records as CSV (controller/cycle_record.h).
 class CsvLog {
  public:
-  /// Replaces the file. Throws std::system_error if the file cannot be created.
+  /// Creates the file; replaces an existing one. Throws std::system_error if the file cannot be created.
   CsvLog(const std::filesystem::path& file, std::vector<std::string> axis_names);
 
   /// Writes a row. A full disk loses rows and does not stop the run.

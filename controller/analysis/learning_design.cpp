@@ -18,9 +18,9 @@ constexpr int half_grid = 768;  ///< number of frequency steps from 0 to pi (hal
 constexpr std::size_t most_taps = 97;
 constexpr double regularisation = 0.02;
 
-/// An error is multiplied by a factor in each period. Returns the limit of this factor below which the error
-/// counts as learnt soon. At the default learning rate, this means a tenth after 20 periods. A lower learning
-/// rate has a larger limit.
+/// An error is multiplied by a factor in each period. Returns the largest factor with which an error still
+/// counts as learnt soon. At the default learning rate, such an error falls to a tenth within 20 periods.
+/// With a lower learning rate, the returned factor is larger.
 double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
 /// Tolerance in cycles: a number of cycles that is this close to a whole number counts as whole.
@@ -170,10 +170,10 @@ void set_phases(LearningDesign& design, double cycles) {
   }
 }
 
-/// Returns the number of cycles whose errors are judged together; 0 if `periods` periods are a whole number
-/// of cycles. Otherwise a corner of the reference is on a sample in one period and between two samples in
-/// another, which changes the error. The returned number is large enough for a corner to move from one sample
-/// to the next. It is limited to the cycles of 10 * design.periods periods.
+/// Returns the number of cycles whose errors are judged together; 0 if design.periods periods are a whole
+/// number of cycles. Otherwise a corner of the reference is on a sample in one period and between two samples
+/// in another, which changes the error. The returned number is large enough for a corner to move from one
+/// sample to the next. It is limited to the cycles of 10 * design.periods periods.
 std::size_t judged_cycles(const LearningDesign& design, double cycles) {
   constexpr double most_periods = 10.0;
   if (design.slip_cycles < near_enough) return 0;

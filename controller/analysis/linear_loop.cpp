@@ -19,8 +19,9 @@ void require_positive(const char* name, double value) {
   if (!(value > 0.0) || !std::isfinite(value)) refuse(name, " = ", value, ", expected a positive number");
 }
 
-/// The formula of the plant's response needs different poles. If a pole is closer to another one than this
-/// share of its value, it is moved by twice this share. This changes the response by about the same share.
+/// The formula of the plant's response needs different poles. If a pole is closer to another pole than
+/// this share of its value, the pole is moved by twice this share. This changes the response by about the
+/// same share.
 constexpr double apart = 1e-5;
 
 void add_pole(std::vector<Complex>& poles, Complex pole) {

@@ -135,8 +135,8 @@ struct Margins {
 };
 
 /// Returns the frequencies theta at which a loop is evaluated, ascending, from 1e-7 pi to pi (half the rate).
-/// They contain even steps, logarithmic steps for slow loops, and a cluster around the resonance or its
-/// alias. `density`: 1 for margins; less for a search.
+/// They have equal steps, and in addition logarithmic steps for slow loops, and small steps around the
+/// resonance or its alias. `density`: 1 for margins; less for a search.
 Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density = 1.0);
 
 /// The open loop at several frequencies, in two parts that do not depend on the gains kp and ki. The response

@@ -25,7 +25,8 @@ double rounded_down(double value) {
   if (value <= 0.0) return 0.0;
   const double digits = 2.0 - std::floor(std::log10(value));
   const double down = std::floor(value * std::pow(10.0, digits) * (1.0 + 1e-12));
-  // 10 is exact as a double, but 0.1 is not. Therefore 46 / 10 is exactly 4.6, and 46 * 0.1 is not.
+  // 10 is exact as a double, but 0.1 is not. Therefore 46 / 10 is the double nearest to 4.6, and 46 * 0.1 is
+  // not.
   return digits < 0.0 ? down * std::pow(10.0, -digits) : down / std::pow(10.0, digits);
 }
 
@@ -61,8 +62,8 @@ Responses responses_of(const LoopConfig& config, const Plants& plants) {
   return of;
 }
 
-/// Returns the largest ki T that keeps the peak sensitivity if kp / (ki T) is `ratio`; T: cycle. The loop
-/// with ki T = 1 is `integral` + `ratio` times `proportional`. The equation is in loop_design.h.
+/// Returns the largest ki T that does not exceed `peak_sensitivity` if kp / (ki T) is `ratio`; T: cycle. The
+/// loop with ki T = 1 is `integral` + `ratio` times `proportional`. The equation is in loop_design.h.
 double largest_ki(const Responses& of, double ratio, double peak_sensitivity) {
   const double rest = 1.0 - 1.0 / (peak_sensitivity * peak_sensitivity);
   double most = std::numeric_limits<double>::infinity();

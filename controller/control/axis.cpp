@@ -186,7 +186,7 @@ AxisInput Axis::examine(const AxisInput& input) {
   if (verdict.position_um) at_last_sample_ = course_.mark();
   AxisInput examined = input;
   examined.position_um = verdict.position_um;
-  // A late SYNC makes the references wait. Ramps, slew and law wait for the same time.
+  // A late SYNC makes the references wait. This time is subtracted, so that ramps, slew and law wait too.
   examined.dt_s -= input.waited_s - waited_s_;
   const bool ramps = state_ == AxisState::initialising;
   output_check_.step(drive_, ramps ? config_.wipe_slew_per_s : config_.gate.slew_per_s, input);

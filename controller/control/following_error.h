@@ -3,8 +3,8 @@
 //
 //   |r - y| > error_um + lag |r'|
 //
-// r is the reference and y the measured position. r' is the slope of the reference since the last cycle:
-// while the reference moves, the stage is behind by its lag.
+// r is the reference and y the measured position. r' is the slope of the reference since the last cycle, and
+// lag the time by which the stage follows a moving reference late.
 #pragma once
 
 #include <array>
@@ -65,7 +65,7 @@ struct InPosition {
   struct State {
     Arrival arrival = Arrival::moving;
     double reference_um = 0.0;
-    double within_s = -1.0;  ///< time for which the error has been within the tolerance; < 0: it is outside
+    double within_s = -1.0;  ///< time for which the error has been within the tolerance; < 0: it is not
     /// Time since the reference came to rest, or since the stage left its position; < 0: the reference moves.
     double trying_s = -1.0;
   };

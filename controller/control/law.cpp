@@ -12,7 +12,8 @@ namespace {
 /// counts as met. The value is far below the resolution of any sensor and far above rounding.
 constexpr double met_within_um = 1e-6;
 
-/// A remaining integral below this counts as zero: it is less than the resolution of a position on the wire.
+/// A remaining integral below this value in um counts as zero. The value is less than the resolution of a
+/// position on the wire.
 constexpr double faded_um = 1e-7;
 
 /// Capacity of the memory of a model without hysteresis, which never uses its memory.

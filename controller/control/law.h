@@ -85,7 +85,7 @@ class ControlLaw {
     PiGains pi;
     /// Errors smaller than the deadband count as 0; larger errors are reduced by the deadband.
     double deadband_um = 0.0;
-    double measurement_filter_Hz = 0.0;  ///< corner of the low pass for the error; 0: no low pass
+    double measurement_filter_Hz = 0.0;  ///< corner frequency of the error's low pass; 0: no low pass
     std::optional<Notch::Config> notch{};
   };
   struct Input {
@@ -157,7 +157,7 @@ class ControlLaw {
 
   Config config_;
   model::Hysteresis full_, average_, line_;
-  model::HysteresisState memory_;  ///< memory of the full model, with every structure
+  model::HysteresisState memory_;  ///< memory of full_, which follows the drive under every structure
   /// The states of average_ and line_. These models have no memory, so their states never change.
   model::HysteresisState average_rest_, line_rest_;
   model::OutputCreep creep_;

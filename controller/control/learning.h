@@ -80,7 +80,7 @@ class Learning {
     /// The filter also works if the resonance differs from the configured one by up to this percentage.
     double resonance_percent = 10.0;
     bool frozen = false;           ///< corrects with the learnt values, but does not learn
-    std::size_t ahead_cycles = 0;  ///< lead of the correction in the feed-forward, in whole cycles
+    std::size_t ahead_cycles = 0;  ///< number of cycles by which the feed-forward uses a correction early
     std::vector<Plan> plans{};  ///< one plan for each segment; plan_learning() designs ahead_cycles and plans
   };
   struct Report {
@@ -88,7 +88,8 @@ class Learning {
     std::uint32_t periods = 0;  ///< number of judged periods of all segments since the last reset
     std::size_t segment = 0;    ///< index of the segment that was judged last
     double rms_um = 0.0;        ///< RMS error in the last judged period
-    /// RMS error of this segment without learning: in the first period, or in the last rest.
+    /// RMS error of this segment without learning: in the first period, or in the last rest after a failed
+    /// attempt.
     double first_rms_um = 0.0;
     double correction_um = 0.0;      ///< present correction
     double correction_max_um = 0.0;  ///< largest correction of `segment` at the end of the judged period
@@ -131,8 +132,8 @@ class Learning {
   bool restore(const std::vector<std::vector<double>>& table);
 
  private:
-  /// A time between two phases (cycles of the period), `index` and `next`. `share` is the distance from phase
-  /// `index`, 0 to 1 phase.
+  /// A time between the two phases (cycles of the period) `index` and `next`. `share` is the elapsed share of
+  /// the time from `index` to `next`, 0 to 1.
   struct Phase {
     std::size_t index, next;
     double share;
@@ -160,8 +161,8 @@ class Learning {
     std::vector<double> correction_um;
     double cycles_per_s = 0.0;
     double phases_per_s = 0.0;
-    /// The taps of the learning filter in single precision. Single precision is twice as fast, and its error
-    /// is far below the noise.
+    /// The taps of the learning filter in single precision. Single precision is twice as fast as double
+    /// precision, and its rounding error is far below the noise.
     std::vector<float> taps;
     std::vector<float> errors_um;  ///< the last errors, stored twice, so that each window is contiguous
     std::size_t newest = 0;

@@ -9,16 +9,15 @@ namespace {
 // The error turns only if it moves back by more than this share of `amplitude_um`. A smaller motion is noise.
 constexpr double smallest_turn = 1.0 / 32.0;
 // A second condition for a turn: the error moves back by more than this share of the swing of the previous
-// two half-periods. If the error moves back by less, the reason is the ringing of the stage's mode at a drive
-// that rests.
+// two half-periods. If the error moves back by less, only the stage's mode rings while the drive rests.
 constexpr double smallest_share = 1.0 / 8.0;
 constexpr std::size_t few = 4, many = 8;  // numbers of compared pairs of half-periods
-// An oscillation grows if the swing of the newest pair is more than this many times the swing of the oldest
-// pair: within `few` pairs for fast growth, within `many` pairs for slow growth.
+// An oscillation grows fast if, among the last `few` pairs, the newest swing is more than fast_growth times
+// the oldest swing. It grows slowly if, among the last `many` pairs, this factor is more than slow_growth.
 constexpr double fast_growth = 4.0;
 constexpr double slow_growth = 1.5;
-// Minimum swing of the pair before the newest pair, as a share of the swing that counts as an oscillation. A
-// knock on the stage is no growth: before a knock, the swing is smaller.
+// Minimum swing of the pair before the newest pair, as a share of the swing that counts as an oscillation. So
+// a single knock on the stage does not count as growth: before the knock, the swing is smaller.
 constexpr double before_growth = 1.0 / 8.0;
 // An oscillation stays if the largest swing of the newest four pairs is at least this share of the largest
 // swing of the four pairs before.
@@ -60,7 +59,7 @@ bool Oscillation::step(double reference_um, double position_um) {
   return turns(error_um) && (grows(few) || grows(many) || stays());
 }
 
-/// Follows the error. Returns true if a half-period of its oscillation has ended.
+/// Takes the error of this cycle. Returns true if this error ends a half-period of the oscillation.
 bool Oscillation::turns(double error_um) {
   const double further = rises_ ? error_um - extreme_um_ : extreme_um_ - error_um;
   if (further >= 0.0) extreme_um_ = error_um;

@@ -83,8 +83,8 @@ class Oscillation {
   Bend reference_, error_;
   std::array<HalfPeriod, kept> past_{};
   std::size_t newest_ = 0, closed_ = 0;
-  std::size_t cycles_ = 0;   ///< cycles of the present half-period with the error beyond middle_um_
-  double middle_um_ = 0.0;   ///< middle between the two ends of the half-period before
+  std::size_t cycles_ = 0;   ///< number of cycles of this half-period with the error beyond middle_um_
+  double middle_um_ = 0.0;   ///< middle between the errors at both ends of the last half-period
   unsigned samples_ = 0;     ///< number of samples so far, at most 3; the first three samples are not judged
   double turn_um_ = 0.0;     ///< error at the last turning point
   double extreme_um_ = 0.0;  ///< highest or lowest error since the last turning point

@@ -67,8 +67,8 @@ struct PlantRecursion {
   struct Config {
     int delay_cycles = 0;  ///< delay of the plant: its input is the drive of this many cycles ago
     bool interpolated = false;
-    /// Used only if `interpolated`: the last change of the drive changes the sample by this factor c times
-    /// the change (see the top of this file).
+    /// Used only if `interpolated`: the sample contains the last change of the drive times this factor c (see
+    /// the top of this file).
     double constant = 0.0;
     std::array<Term, 4> terms{};
     Notch::Coefficients notch{};
@@ -116,7 +116,7 @@ class PlantInverse {
  private:
   static constexpr double warm_up_cycles = 128.0;
   /// Returns how many cycles before `late_s` the reference was still at rest, at most warm_up_cycles. The
-  /// model of the plant starts there.
+  /// model of the plant starts at this time.
   int cycles_since_rest(double late_s, double cycle_s) const;
 
   Config config_;

@@ -76,7 +76,7 @@ class StartUp {
   double withheld_for_s_ = 0.0;
   bool watchdog_verified_ = false;
   std::size_t next_ = 0;  ///< index of the next target
-  double dwelt_s_ = 0.0;  ///< time of rest at this target so far
+  double dwelt_s_ = 0.0;  ///< time for which the drive has rested at the present target
 };
 
 }  // namespace hystcan::controller

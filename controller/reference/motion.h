@@ -84,10 +84,9 @@ class Turnaround {
   template <class One>
   double both(double t_s, const One& one) const;
 
-  // The second derivative of the turnaround is one pulse or a pair of equal pulses:
-  double wide_s_ = 0.0;    ///< half the length of the rectangle in each pulse
-  double narrow_s_ = 0.0;  ///< half the length of a shorter rectangle, convolved with the first; 0: none
-  double apart_s_ = 0.0;   ///< half the distance between the two pulses; 0: there is one pulse
+  double wide_s_ = 0.0;    ///< half the length of the rectangular pulses in the second derivative w''
+  double narrow_s_ = 0.0;  ///< half the length of a rectangle that is convolved with such a pulse; 0: none
+  double apart_s_ = 0.0;   ///< half the distance between the two pulses in w''; 0: w'' has only one pulse
 };
 
 // The sawtooth is a periodic line with straight rises and falls. A turnaround (class Turnaround) rounds each
