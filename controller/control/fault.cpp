@@ -13,10 +13,11 @@ struct CauseTraits {
 
 constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"none", ""},
-    {"interface down", "bring the CAN interface up as it was at the start, then clear and enable the axis"},
+    {"interface down",
+     "bring the CAN interface up with the settings that it had at the start, then clear and enable the axis"},
     {"bus-off", "check wiring, termination and bit rate, then clear and enable the axis"},
     {"cycle overrun",
-     "the program did not run in time: give the controller a real-time class, [controller.realtime]"},
+     "the program did not run in time: give the controller a real-time class in [controller.realtime]"},
     {"sample missing", "check the sensor node and the bus load", true},
     {"sensor status", "the sensor reports a bad sample: check the sensor", true},
     {"position implausible",
@@ -34,8 +35,8 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"amplifier fault",
      "the amplifier tripped or is still faulted: find the cause, then clear and enable the axis"},
     {"amplifier not enabled",
-     "the amplifier does not report that it is enabled: check its interlocks, and that "
-     "enable_delay_ms is not shorter than the start-up time in its data sheet"},
+     "the amplifier does not report that it is enabled: check its interlocks, and set "
+     "enable_delay_ms to at least the start-up time in its data sheet"},
     {"following error",
      "the stage does not follow the reference: check that the amplifier drives the stage, and check load, "
      "model and gains",
@@ -82,7 +83,7 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
      "slew, and amplifier_bandwidth_Hz"},
     {"position contradicts drive",
      "the start-up ramp does not move the position as the model predicts: check the sensor's sign and "
-     "scale, and the amplifier's range and supply; identify again if the stage has changed"},
+     "scale, and the amplifier's range and supply; identify the stage again if it has changed"},
 }};
 
 }  // namespace

@@ -43,7 +43,7 @@ Learning::Learning(const Config& config) : config_(config) {
     if (plan.taps.empty()) continue;
     if (plan.taps.size() % 2 == 0 || plan.taps.size() > plan.phases || !(plan.cycle_s > 0.0))
       refuse("a filter of ", plan.taps.size(), " taps for ", plan.phases,
-             " phases, expected an odd number of taps that is not above the number of phases");
+             " phases, expected an odd number of taps, at most the number of phases");
     segments_[i].correction_um.assign(plan.phases, 0.0);
     segments_[i].cycles_per_s = 1.0 / plan.cycle_s;
     segments_[i].phases_per_s =
