@@ -25,7 +25,8 @@ void visit(V& v, node::CardChannel& place) {
 template <class V>
 void visit(V& v, node::InputConfig& input) {
   visit(v, input.place);
-  v.optional("average", input.average, {.lo = 1, .hi = 1000}, {"number of conversions for each sample"});
+  v.optional("average", input.average, {.lo = 1, .hi = 1000},
+             {"number of conversions that are averaged for each sample"});
 }
 
 template <class V>
@@ -33,7 +34,7 @@ void visit(V& v, node::LineConfig& line) {
   v.optional("device", line.place.device, any, {"the card with the line", "that of the axis"});
   v.optional("subdevice", line.place.subdevice, subdevice_range, {"number of the subdevice of comedi"});
   v.required("line", line.place.channel, channel_range, {"number of the digital line"});
-  v.optional("active", line.active, any, {"level of the active line"});
+  v.optional("active", line.active, any, {"level at which the line is active"});
 }
 
 template <class V>

@@ -17,28 +17,29 @@ void visit(V& v, BusConfig& bus) {
   v.required("interface", bus.interface, any,
              {"CAN interface of `controller` and `twin`; `--interface` overrides it"});
   v.required("bitrate_bit_per_s", bus.bitrate_bit_per_s, {.lo = 10'000, .hi = 1'000'000},
-             {"nominal bit rate of the interface and the simulated bus, also for the check below"});
+             {"nominal bit rate of the interface and of the simulated bus; the check of the bus also uses "
+              "this value"});
   v.optional(
       "data_bitrate_bit_per_s", bus.data_bitrate_bit_per_s, {.lo = 0, .hi = 8'000'000},
       {"CAN FD bit rate of the data phase, on the interface and on the simulated bus; 0: CAN FD frames do "
        "not switch the bit rate"});
   v.required("dbc", bus.dbc, any, {"the CAN database"});
   v.optional("turnaround_us", bus.turnaround, not_negative,
-             {"combined reaction time of sensor and controller, for the check below"});
-  v.optional("background_slots", bus.background_slots, {.lo = 0, .hi = can::sync_counter_max},
-             {"cycles in a round in which heartbeats and statuses have "
-              "[slots](../protocol/cycle.md#background-slots); a "
-              "divisor of 240; 0: they are sent at any time"});
+             {"sum of the reaction times of sensor and controller, for the check of the bus"});
+  v.optional(
+      "background_slots", bus.background_slots, {.lo = 0, .hi = can::sync_counter_max},
+      {"number of cycles in a round of [slots](../protocol/cycle.md#background-slots) for "
+       "heartbeats and statuses, a divisor of 240; 0: no slots, so these frames are sent at any time"});
 }
 
 /// Keys of [controller.realtime].
 template <class V>
 void visit(V& v, controller::Realtime& r) {
   v.optional("priority", r.priority, {.lo = 0, .hi = 99},
-             {"`SCHED_FIFO` priority; 0: the class in which the program was started"});
+             {"`SCHED_FIFO` priority; 0: the scheduling class of the program does not change"});
   v.optional("lock_memory", r.lock_memory, any,
              {"locks all memory (`mlockall`) and touches stack and heap at the start"});
-  v.optional("cpus", r.cpus, any, {"processors for the thread, 0 to 1023; empty: all"});
+  v.optional("cpus", r.cpus, any, {"processors on which the control thread may run, 0 to 1023; empty: all"});
 }
 
 template <class V>
@@ -58,7 +59,8 @@ void visit(V& v, controller::CommonConfig& c) {
   v.optional("wake_up_trip_us", c.lateness_trip, not_negative,
              {"SYNC delay above which every axis in use faults; 0: never"});
   v.optional("start_together", c.start_together, any, {"an axis that is ready waits for the others"});
-  v.optional("start_timeout_s", c.start_timeout, not_negative, {"longest wait of an axis for the others"});
+  v.optional("start_timeout_s", c.start_timeout, not_negative,
+             {"longest time for which a ready axis waits for the other axes"});
   v.optional("control_socket", c.control_socket, any, {"file of the [control socket](../control_socket.md)"});
   v.optional("state_dir", c.state_folder, any, {"folder of the state files; empty: no state is saved"});
   v.optional("black_box_dir", c.black_box.folder, any,
@@ -90,7 +92,7 @@ inline constexpr Range turnaround_range{.lo = 0.0, .hi = 50.0};
 
 template <class V, class Periodic>
 void visit_periodic(V& v, Periodic& s) {
-  v.required("low_um", s.low_um, any, {"lowest position, also the first"});
+  v.required("low_um", s.low_um, any, {"lowest position, at which the reference begins"});
   v.required("high_um", s.high_um, any, {"highest position"});
   v.required("frequency_Hz", s.frequency_Hz, positive, {"periods per second"});
   v.required("cycles", s.cycles, {.lo = 0.0, .hi = 1e6, .lo_excluded = true},
@@ -123,7 +125,7 @@ void visit(V& v, controller::MultiSine& s) {
   v.required("frequencies_Hz", s.frequencies_Hz, positive, {"as many"});
   v.optional("phases_deg", s.phases_deg, any,
              {"phase of each cosine; empty: Schroeder's phases, which give a low peak"});
-  v.required("duration_s", s.duration_s, positive, {"duration of the sum without its fades"});
+  v.required("duration_s", s.duration_s, positive, {"duration of the sum of cosines without its fades"});
   v.optional("fade_s", s.fade_s, positive,
              {"duration of the fade-in from the centre, and of the fade-out to it"});
 }
@@ -143,15 +145,17 @@ template <class V>
 void visit(V& v, controller::Raster& s) {
   constexpr Range counted{.lo = 1, .hi = 65'535};
   v.required("role", s.role, any, {"`fast`: the axis along the lines; `slow`: the axis from line to line"});
-  v.required("low_um", s.low_um, any, {"`fast`: one end of a line; `slow`: the first line"});
-  v.required("high_um", s.high_um, any, {"`fast`: the other end; `slow`: the last line"});
+  v.required("low_um", s.low_um, any,
+             {"`fast`: position at one end of a line; `slow`: position of the first line"});
+  v.required("high_um", s.high_um, any,
+             {"`fast`: position at the other end of a line; `slow`: position of the last line"});
   v.required("line_rate_Hz", s.line_rate_Hz, positive, {"lines per second"});
   v.required("lines", s.lines, {.lo = 2, .hi = counted.hi}, {"lines per frame"});
   v.optional("return_lines", s.return_lines, counted,
-             {"time to return to the first line after each frame, in lines"});
+             {"time for the return to the first line after each frame, as a multiple of the time of a line"});
   v.optional("frames", s.frames, counted, {"number of frames"});
   v.optional("pixels", s.pixels, {.lo = 0, .hi = counted.hi},
-             {"pixels per line, for the CSV; 0: not counted"});
+             {"number of pixels per line, which the CSV counts; 0: pixels are not counted"});
   v.optional("both_directions", s.both_directions, any,
              {"`true`: lines alternate up and down; `false`: all lines up, with a flyback"});
   if (!s.both_directions)
@@ -182,14 +186,18 @@ void visit(V& v, controller::Delays& d) {
              {"small-signal bandwidth, -3 dB", "of the model"});  // if missing: value of the model file
   v.optional("resonance_Hz", d.resonance_Hz, positive,
              {"first mode of the stage with its load", "of the model"});
-  v.optional("damping_ratio", d.damping_ratio, not_negative, {"damping ratio of that mode", "of the model"});
+  v.optional("damping_ratio", d.damping_ratio, not_negative,
+             {"damping ratio of the first mode", "of the model"});
   v.optional("interpolated", d.interpolated, any,
              {"the amplifier ramps linearly to each setpoint within a cycle"});
-  v.optional("second_order", d.second_order, any, {"also compensates the second-order term of the delays"});
-  v.optional("plant_inverse", d.plant_inverse, any,
-             {"compensates the whole chain including its mode, also between the samples"});
+  v.optional(
+      "second_order", d.second_order, any,
+      {"`true`: the feed-forward compensates the delays to second order; `false`: only the mean delay"});
+  v.optional(
+      "plant_inverse", d.plant_inverse, any,
+      {"`true`: the feed-forward inverts the whole plant with its first mode, also between the samples"});
   v.optional("sensor_delay_us", d.sensor_delay, {.lo = 0.0, .hi = 100'000.0},
-             {"delay from the position to its sample"});
+             {"time from a motion of the stage until a sample shows the motion"});
   v.optional("sensor_bandwidth_Hz", d.sensor_bandwidth_Hz, not_negative,
              {"bandwidth of the sensor, -3 dB; 0: not limited"});
 }
@@ -199,7 +207,8 @@ void visit(V& v, controller::Notch::Config& n) {
   v.required("frequency_Hz", n.frequency_Hz, positive,
              {"frequency of the largest attenuation, less than half of `rate_Hz`"});
   v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0}, {"gain at that frequency"});
-  v.required("width", n.width, positive, {"damping ratio of the denominator"});
+  v.required("width", n.width, positive,
+             {"damping ratio of the denominator of the notch filter: a larger value gives a wider notch"});
 }
 
 template <class V>
@@ -218,16 +227,16 @@ void visit(V& v, controller::Learning::Config& l) {
 template <class V>
 void visit_supervision(V& v, controller::AxisConfig& c) {
   controller::Supervisor::Config& s = c.supervision;
-  v.required("position_min_um", s.position_min_um, any, {"`position implausible`: the lowest position"});
-  v.required("position_max_um", s.position_max_um, any, {"`position implausible`: the highest position"});
+  v.required("position_min_um", s.position_min_um, any, {"`position implausible`: lowest allowed position"});
+  v.required("position_max_um", s.position_max_um, any, {"`position implausible`: highest allowed position"});
   v.optional("position_jump_um", s.position_jump_um, not_negative,
              {"`position jumped`: largest motion in a cycle; 0: off"});
   v.required("following_error_um", c.following_error.error_um, positive,
              {"`following error`: largest error against the reference"});
   v.optional("following_error_lag_ms", c.following_error.lag, not_negative,
-             {"`following error`: age up to which a past reference counts too"});
+             {"`following error`: the limit is higher by the motion of the reference in this time"});
   v.optional("following_error_cycles", c.following_error.cycles, {.lo = 1},
-             {"`following error`: consecutive cycles with that error"});
+             {"`following error`: number of consecutive cycles in which the error is too large"});
   v.optional("missing_samples", s.missing_samples, {.lo = 0, .hi = 1000},
              {"`sample missing`: maximum consecutive missing samples"});
   v.optional("frozen_cycles", s.frozen_cycles, any,
@@ -275,12 +284,12 @@ void visit_control(V& v, AxisConfig& axis) {
   v.optional("start_up", c.start_up, any,
              {"source of the actuator's memory at the start", {}, Effect::at_next_start});
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive,
-             {"speed of the ramps at the start and at the end", {}, Effect::at_next_start});
+             {"speed of the drive ramps at the start and at the end of a run", {}, Effect::at_next_start});
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative,
              {"rest at each threshold", {}, Effect::at_next_start});
   v.optional("fault_ramp_" + unit + "_per_s", c.fault_ramp_per_s, not_negative,
-             {"speed of the ramp to `safe_drive` after a fault "
-              "that [leaves the drive in hand](../safety.md#stopping-without-a-blow); 0: off"});
+             {"speed of the ramp to `safe_drive` after a fault with which "
+              "[the drive still works](../safety.md#stopping-without-a-blow); 0: no ramp"});
   if (reports_state(axis.wire))
     v.optional("enable_delay_ms", c.enable_delay, enable_delay_range,
                {"minimum time from Enable until the drive moves; "
@@ -310,20 +319,22 @@ void visit_control(V& v, AxisConfig& axis) {
 template <class V>
 void visit_crc(V& v, can::MessageMap& map) {
   v.required("crc", map.crc, any,
-             {"name of the CRC signal, a whole byte, or two for `CRC-16`; only with a CRC"});
+             {"name of the CRC signal, which is one whole byte, or two bytes for `CRC-16`; only with "
+              "`integrity = \"counter+crc\"`"});
   v.optional("polynomial", map.polynomial, any,
              {"polynomial of the CRC; default `CRC-16` for messages of more than 8 bytes"});
   v.required("crc_covers", map.data_id.kind, any,
-             {"value in front of the payload: `identifier`, `data_id`, or none (`payload`)"});
+             {"value that the CRC covers before the payload: `identifier`, `data_id`, or none (`payload`)"});
   if (map.data_id.kind == can::DataId::Kind::number)
-    v.required("data_id", map.data_id.number, any, {"the data id; only with `crc_covers = \"data_id\"`"});
+    v.required("data_id", map.data_id.number, any,
+               {"number that the CRC covers before the payload; only with `crc_covers = \"data_id\"`"});
 }
 
 template <class V>
 void visit_integrity(V& v, can::MessageMap& map) {
   v.required("integrity", map.integrity, any, {"protection of the message"});
   if (map.integrity == can::Integrity::none) return;
-  v.required("counter", map.counter, any, {"name of the counter signal; only with a counter"});
+  v.required("counter", map.counter, any, {"name of the counter signal; not with `integrity = \"none\"`"});
   if (map.integrity == can::Integrity::counter_crc) visit_crc(v, map);
 }
 
@@ -342,10 +353,10 @@ void visit_frame(V& v, can::MessageMap& map) {
   std::apply([&](const auto&... field) { (name(field), ...); }, Payload::fields());
   if (map.carries("state")) {
     v.optional("state_off", map.states.off, any,
-               {"raw values of this state; the nodes of hystcan send the first"});
-    v.optional("state_ready", map.states.ready, any, {"likewise"});
-    v.optional("state_enabled", map.states.enabled, any, {"likewise"});
-    v.optional("state_fault", map.states.fault, any, {"likewise"});
+               {"raw values of the state `off`; the nodes of hystcan send the first value"});
+    v.optional("state_ready", map.states.ready, any, {"raw values of the state `ready`"});
+    v.optional("state_enabled", map.states.enabled, any, {"raw values of the state `enabled`"});
+    v.optional("state_fault", map.states.fault, any, {"raw values of the state `fault`"});
   }
   visit_integrity(v, map);
 }
@@ -386,7 +397,7 @@ void visit(V& v, AxisConfig& axis) {
   v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0},
              {"time limit for a node's answer to one request"});
   v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100},
-             {"attempts for each object, in total"});
+             {"maximum number of attempts to write each object, with the first attempt"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_list("amplifier_setup", axis.wire.amplifier_setup, plain);
   v.optional_list("sensor_setup", axis.wire.sensor_setup, plain);
@@ -403,8 +414,9 @@ void visit(V& v, RecordConfig& r) {
              {"records from the start; otherwise after `ctl record on` or a click on the page"});
   v.optional("bus_log", r.bus_log, any, {"also records the frames of the interface, in candump format"});
   v.optional("part_MB", r.part_MB, {.lo = 1.0, .hi = 1e5},
-             {"maximum size of a part; the next one begins then"});
-  v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6}, {"maximum duration of a part"});
+             {"maximum size of a part of a run (a CSV file); then the next part begins"});
+  v.optional("part_s", r.part_time, {.lo = 1.0, .hi = 1e6},
+             {"maximum duration of a part of a run; then the next part begins"});
   v.optional(
       "limit_GB", r.limit_GB, {.lo = 0.01, .hi = 1e6},
       {"maximum size of all runs in the folder; [what is deleted first](../runs.md#when-the-folder-is-full)"});

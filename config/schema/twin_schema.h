@@ -67,7 +67,7 @@ template <class V>
 void visit_sensor(V& v, twin::AxisConfig& t) {
   twin::Sensor::Config& sensor = t.sensor;
   v.optional("bandwidth_Hz", sensor.bandwidth_Hz, not_negative,
-             {"first-order low pass of the position; 0: unlimited"});
+             {"corner frequency of a first-order low pass for the position; 0: no low pass"});
   v.optional("noise_density_um_per_rtHz", sensor.noise_density_um_per_rtHz, not_negative,
              {"one-sided density of the white noise before the low pass"});
   v.optional("delay_us", sensor.delay, {.lo = 0.0, .hi = 100'000.0},
@@ -81,7 +81,8 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
   v.optional("range_min_um", sensor.range_min_um, any,
              {"lowest position that the sensor reads", "unbounded"});
   v.optional("range_max_um", sensor.range_max_um, any, {"largest one", "unbounded"});
-  v.optional("sampling", t.sample_clock.sampling, any, {"samples at the SYNC or by its own clock"});
+  v.optional("sampling", t.sample_clock.sampling, any,
+             {"the sensor samples at the SYNC (`sync`) or by its own clock (`free`)"});
   v.optional("sample_rate_Hz", t.sample_clock.rate_Hz, {.lo = 0.0, .hi = 10'000.0},
              {"rate of the sensor's own clock; 0: `rate_Hz`"});
   v.optional("skew_ppm", t.sample_clock.skew_ppm, {.lo = -10'000.0, .hi = 10'000.0},
@@ -93,7 +94,7 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
 template <class V>
 void visit(V& v, twin::SecondMode& second) {
   v.required("resonance_Hz", second.mode.natural_frequency_Hz, positive, {"a second mechanical mode"});
-  v.required("damping_ratio", second.mode.damping_ratio, not_negative, {"damping ratio of this mode"});
+  v.required("damping_ratio", second.mode.damping_ratio, not_negative, {"damping ratio of the second mode"});
   v.required("share", second.share, {.lo = 0.0, .hi = 1.0},
              {"share of this mode in the position; the first mode has the rest"});
 }
@@ -135,7 +136,8 @@ void visit_twin(V& v, AxisConfig& axis) {
   v.optional("bandwidth_Hz", t.plant.amplifier.bandwidth_Hz, positive, {"first-order lag", "of the model"});
   v.required("command_timeout_ms", t.command_timeout, positive, {"timeout of the watchdog"});
   v.optional("status_every", t.status_every, {.lo = 1, .hi = 1000}, {"period of `AmpStatus` in SYNCs"});
-  v.required("noise_um_rms", t.sensor.noise_um_rms, not_negative, {"standard deviation of one sample"});
+  v.required("noise_um_rms", t.sensor.noise_um_rms, not_negative,
+             {"standard deviation of the noise in one sample"});
   v.required("resolution_um", t.sensor.resolution_um, not_negative,
              {"least significant bit; 0: not quantised"});
   v.optional("substep_us", t.plant.substep, {.lo = 1.0, .hi = 1000.0}, {"integration step"});
@@ -176,8 +178,8 @@ void visit(V& v, twin::RandomFaults& r) {
   v.required("rate_per_hour", r.rate_per_hour, {.lo = 0.0, .hi = 36'000.0, .lo_excluded = true},
              {"rate of all faults together"});
   v.optional("duration_min_s", r.shortest, positive,
-             {"shortest duration; durations are uniformly distributed"});
-  v.optional("duration_max_s", r.longest, positive, {"largest one"});
+             {"shortest duration of a fault; the durations are uniformly distributed"});
+  v.optional("duration_max_s", r.longest, positive, {"longest duration of a fault"});
   v.optional("kinds", r.kinds, any,
              {"names of kinds of faults, for example `[\"late\", \"load_step\"]`", "all"});
 }
