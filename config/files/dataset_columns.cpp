@@ -51,10 +51,10 @@ class ColumnSelector {
     if (named.size() == 2 * width) named.resize(width);
     std::vector<std::size_t> found = reader_.value_columns();
     if (!layout_.columns.empty() && named.size() != width)
-      throw Error(
-          "--columns is " + layout_.columns,
-          expect("the names of {} for both files, or first for the input file and then for the output file",
-                 width == 1 ? "the value" : "the time and the value"));
+      throw Error("--columns is " + layout_.columns,
+                  expect("{}, once for both files, or first for the input file and then for the output file",
+                         width == 1 ? "the name of the value column"
+                                    : "the names of the time column and the value column"));
     if (!layout_.columns.empty()) {
       found.clear();
       for (const std::string& name : named) found.push_back(named_column(name));
@@ -175,10 +175,10 @@ class ColumnSelector {
     if (reader_.value_columns().size() == 2 && !has_rate)
       reader_.fail_at_header(
           "two columns of numbers, expected time, input and output: --output-from FILE reads "
-          "the output from another file, and --rate a file without time");
+          "the output from another file, and --rate HZ reads a file without time");
     if (!reader_.has_header())
       reader_.fail_at_header(
-          fmt::format("no header row, expected column names, or --columns with the numbers of time, "
+          fmt::format("no header row, expected column names, or --columns with the column numbers of time, "
                       "input and output, 1 to {}",
                       columns().size()));
     choice_.by_likeness = true;
@@ -197,10 +197,10 @@ class ColumnSelector {
       take(meaning, *column);
     }
     if (takes_a_column_twice())
-      reader_.fail_at_header(
-          fmt::format("the same column among {} fits two of time, input and output, expected --columns "
-                      "TIME,INPUT,OUTPUT",
-                      listed_columns()));
+      reader_.fail_at_header(fmt::format(
+          "the same column among {} was selected twice for time, input and output, expected --columns "
+          "TIME,INPUT,OUTPUT",
+          listed_columns()));
     if (times.second) take_output_time(*times.second);
   }
 

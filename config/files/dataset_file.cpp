@@ -180,7 +180,7 @@ class RowLoader {
     if (!columns_.time_unit_s && step > 1.0)
       for (const auto& [other_s, name] : {std::pair{1.0, "s"}, {1e-3, "ms"}, {1e-6, "us"}, {1e-9, "ns"}})
         if (std::abs(other_s * step * rate_Hz_ - 1.0) < same) {
-          loaded_.notes.push_back(fmt::format("the unit of {} is taken as {}, in agreement with {}",
+          loaded_.notes.push_back(fmt::format("the unit of {} is taken as {}, which agrees with {}",
                                               columns_.titles[0], name, origin_of_rate_));
           return other_s;
         }
@@ -219,7 +219,7 @@ class RowLoader {
     if (time_s == times_s.back())
       advice = fmt::format(": if the time is rounded, {}", without_time());
     else if (layout_.has_interval_options)
-      advice = fmt::format(": --to {} selects only the rows before this row", times_s.back());
+      advice = fmt::format(": --to {} selects only the rows before the time goes back", times_s.back());
     fail(fmt::format("{} is {} after {}, expected an increasing time{}", columns_.titles[0],
                      time_s / seconds_ + origin_, times_s.back() / seconds_ + origin_, advice));
   }
@@ -248,11 +248,12 @@ class RowLoader {
     const Error damage = reader_.damage_error();
     std::string remedy;
     if (layout_.has_interval_options && !loaded_.dataset.time_s.empty())
-      remedy = fmt::format("--to {} selects only the rows before this row", loaded_.dataset.time_s.back());
+      remedy = fmt::format("--to {} selects only the rows before the damage", loaded_.dataset.time_s.back());
     std::vector<double> row;
     while (remedy.empty() && layout_.has_interval_options && columns_.has_time && reader_.read(row))
       if (!reader_.is_damaged())
-        remedy = fmt::format("--from {} selects only the rows after this row", seconds_ * (row[0] - origin_));
+        remedy =
+            fmt::format("--from {} selects only the rows after the damage", seconds_ * (row[0] - origin_));
     throw Error({}, damage, {.remedy = remedy});
   }
 

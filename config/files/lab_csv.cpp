@@ -143,9 +143,10 @@ void LabCsvReader::refuse_split_decimals() const {
     const bool is_twice = head_.has_names && fields.size() == 2 * head_.columns.size();
     const auto digits = std::ranges::find_if(fields, may_begin_a_decimal);
     if (!is_twice && digits == fields.end()) continue;
-    text_.fail(line, digits == fields.end() ? fields.front() : *digits,
-               "decimal commas between commas, expected semicolons between the fields or quotes around the "
-               "numbers");
+    text_.fail(
+        line, digits == fields.end() ? fields.front() : *digits,
+        "commas are decimal signs and also separators, expected semicolons between the fields or quotes "
+        "around the numbers");
   }
 }
 

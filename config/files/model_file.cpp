@@ -81,7 +81,7 @@ template <class V>
 void visit(V& v, identification::Misfit& misfit) {
   v.required("speed", misfit.speed, positive, {.meaning = "input units per second", .digits = 4});
   v.required("lowest", misfit.lowest, positive, {.meaning = "per input unit", .digits = 4});
-  v.optional("rms", misfit.rms, any, {.meaning = "RMS error in each octave from `lowest` up, output units"});
+  v.optional("rms", misfit.rms, any, {.meaning = "RMS error in each octave above `lowest`, in output units"});
 }
 
 template <class V>
@@ -144,7 +144,7 @@ ModelTables read_model(const Document& document) {
   if (raw.symmetry == model::Symmetry::even && raw.input_min < 0.0)
     document.fail_at("hysteresis.input_min",
                      fmt::format("input_min is {}, expected >= 0 with symmetry \"even\": "
-                                 "the model is folded to |input|",
+                                 "the model depends only on |input|",
                                  raw.input_min));
   return raw;
 }

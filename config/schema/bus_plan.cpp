@@ -265,8 +265,8 @@ void check_slots(const Checked& checked) {
   const Duration longest = std::min(config.twin.heartbeat_period, config.controller.heartbeat_period);
   if (2 * round_of(config) > longest)
     fail(fmt::format(
-        "two rounds of {} background slots take {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms: "
-        "a slot with a heartbeat has no room for a status",
+        "two rounds of {} background slots take {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms "
+        "of [controller] and [twin]: in its slot, a node sends either a heartbeat or a status",
         slots, 2e3 * can::seconds(round_of(config)), 1e3 * can::seconds(longest)));
   const Duration gap =
       round_of(config) + std::max(config.twin.heartbeat_period, config.controller.heartbeat_period);
@@ -279,7 +279,8 @@ void check_slots(const Checked& checked) {
     if (axis.scan_marker && 2 * round_of(config) > line_of(config, axis))
       fail(fmt::format(
           "two rounds of {} background slots take {:.3g} ms, expected at most {:g}, the duration of a line "
-          "of axis {}: the controller sends scan markers only in its own slot",
+          "of axis {}: the controller sends a scan marker only in its slot, and every second slot may have a "
+          "heartbeat instead",
           slots, 2e3 * can::seconds(round_of(config)), 1e3 * can::seconds(line_of(config, axis)),
           axis.wire.name));
 }

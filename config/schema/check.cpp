@@ -76,7 +76,8 @@ class AxisCheck : Checked {
 
   void check_model(const std::filesystem::path& file, const model::AnyParameters& model) const {
     if (input_unit(model) != unit_)
-      fail(file, "the model's input_unit is \"{}\", expected \"{}\" as drive_unit", input_unit(model), unit_);
+      fail(file, "the model's input_unit is \"{}\", expected \"{}\", the drive_unit of the axis",
+           input_unit(model), unit_);
     if (output_unit(model) != "um")
       fail(file, "the model's output_unit is \"{}\", expected a length: um, nm, mm or m", output_unit(model));
   }
@@ -86,8 +87,8 @@ class AxisCheck : Checked {
     if (!(min < max)) fail(max, "drive_max is {}, expected more than drive_min, {}", max, min);
     if (safe < min || safe > max) fail(safe, "safe_drive is {}, expected {} to {}", safe, min, max);
     if (max < thresholds.hi)
-      fail(max, "drive_max is {}, expected at least {}: the model's upper threshold must be reached", max,
-           thresholds.hi);
+      fail(max, "drive_max is {}, expected at least {}: the drive must reach the model's upper threshold",
+           max, thresholds.hi);
   }
 
   void check_slow_physics() const {
@@ -158,7 +159,8 @@ class AxisCheck : Checked {
   void check_watchdog() const {
     if (axis_.control.verify_watchdog && !reports_state(axis_.wire))
       fail(axis_.control.verify_watchdog,
-           "the amplifier does not report its state, expected a status with the role state");
+           "the amplifier does not report its state, expected a status message with a signal for the "
+           "role state");
   }
 
   void check_filters() const {
@@ -169,7 +171,8 @@ class AxisCheck : Checked {
            law.notch->frequency_Hz, highest_Hz);
     if (axis_.control.delays.second_order && axis_.control.delays.plant_inverse)
       fail(axis_.control.delays.plant_inverse,
-           "plant_inverse and second_order are both true, expected one of them: each is a feed-forward");
+           "plant_inverse and second_order are both true, expected only one of them: both "
+           "compensate the same delays");
   }
 
   static constexpr double rounding = 1.0 + 1e-9;  ///< factor on limits; accepts a shape exactly at its limit
@@ -188,7 +191,7 @@ void check_nodes(const Checked& checked) {
     checked.document.fail_at(path,
                              fmt::format("node {} is used by {}, expected an unused node id{}", node, other,
                                          other.substr(other.find('.')) == path.substr(path.find('.'))
-                                             ? ", or the same message in [axis.frames]"
+                                             ? ", or one message for both axes in [axis.frames]"
                                              : ""));
   };
   for (std::size_t i = 0; i < config.axes.size(); ++i) {

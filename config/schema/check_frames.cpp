@@ -192,10 +192,10 @@ class FrameCheck : Checked {
     if (can::decimal_step(signal.unit, ours)) return;
     const std::string place = is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, field.role)
                                        : path_of(config, axis_.wire.drive_unit);
-    document.fail_at(
-        place,
-        fmt::format("signal {} of {} has the unit \"{}\" in {}, expected \"{}\" or a decimal fraction of it",
-                    signal.name, message_->name, signal.unit, config.bus.dbc.string(), ours));
+    document.fail_at(place,
+                     fmt::format("signal {} of {} has the unit \"{}\" in {}, expected \"{}\" or "
+                                 "the same unit with another prefix",
+                                 signal.name, message_->name, signal.unit, config.bus.dbc.string(), ours));
   }
 
   void check_drive_range(const can::Signal& signal, const can::SignalCodec& codec) const {

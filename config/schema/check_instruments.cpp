@@ -107,11 +107,10 @@ void check_receipt_delays(const Checked& checked) {
     const can::Duration& delay = axis.control.delays.command_delay;
     const can::Duration latest = latest_command(plan_bus(config), config, axis);
     if (delay <= can::Duration::zero() || delay > latest)
-      checked.fail(
-          delay,
-          "command_delay_us is {:g}, expected more than 0 and at most {:.0f}: a setpoint takes effect on "
-          "receipt, at the latest at this time",
-          us(delay), us(latest));
+      checked.fail(delay,
+                   "command_delay_us is {:g}, expected more than 0 and at most {:.0f}, the latest end of the "
+                   "command on the bus: a setpoint takes effect on receipt",
+                   us(delay), us(latest));
   }
 }
 

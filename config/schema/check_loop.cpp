@@ -102,14 +102,16 @@ std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz) {
   if (!loop.worst.stable)
     findings.push_back(
         {true,
-         fmt::format("if the resonance differs by {:g} %, the loop is unstable: lower ki_per_s, or set a "
-                     "notch; `hystcan tune` finds both",
-                     resonance_off_percent)});
+         fmt::format(
+             "if the resonance differs from resonance_Hz by {:g} %, the loop is unstable: lower ki_per_s, or "
+             "set a notch; `hystcan tune` finds both",
+             resonance_off_percent)});
   else {
     const bool has_little_margin = loop.worst.peak_sensitivity > too_sensitive;
-    findings.push_back({has_little_margin, fmt::format("{}if the resonance differs by {:g} %: {}",
-                                                       has_little_margin ? "little margin " : "",
-                                                       resonance_off_percent, text_of(loop.worst))});
+    findings.push_back(
+        {has_little_margin,
+         fmt::format("{}if the resonance differs from resonance_Hz by {:g} %: {}",
+                     has_little_margin ? "little margin " : "", resonance_off_percent, text_of(loop.worst))});
   }
   return findings;
 }
@@ -148,14 +150,16 @@ std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rat
     if (!designs[i]) continue;
     const controller::LearningDesign& design = *designs[i];
     std::string line = fmt::format(
-        "setpoint[{}]: learning reduces errors up to {:.3g} Hz if the resonance differs by at most {:g} %; "
-        "the error falls to a tenth within {:.0f} periods (slowest at {:.3g} Hz)",
+        "setpoint[{}]: learning reduces errors up to {:.3g} Hz if the resonance differs from resonance_Hz by "
+        "at most {:g} %; the error falls to a tenth within {:.0f} periods (slowest at {:.3g} Hz)",
         i, design.highest_Hz, design.resonance_percent, std::ceil(design.slowest_periods), design.slowest_Hz);
     if (design.periods > 1)
-      line += fmt::format("; {} periods together, {} cycles", design.periods, design.plan.phases);
+      line +=
+          fmt::format("; {} periods are learnt together, as {} cycles", design.periods, design.plan.phases);
     if (design.slip_cycles > negligible_cycles)
       line += fmt::format(
-          "; the period differs by {:.2f} of a cycle from whole cycles, so the phases are interpolated",
+          "; the learnt duration differs by {:.2f} of a cycle from a whole number of cycles, so the "
+          "corrections are interpolated",
           design.slip_cycles);
     lines.push_back(line);
   }

@@ -40,8 +40,8 @@ class ScanAxis : Checked {
             .duration_s();
     if (least_s > first.transition_s * rounding)
       fail(first.transition_s,
-           "transition_s is {:g}, expected at least {:.3g}: the reference limits "
-           "require this time from the farthest position, and the axes of a scan start together",
+           "transition_s is {:g}, expected at least {:.3g}: within the reference limits, the "
+           "axis needs this time from its farthest start position, and the axes of a scan start together",
            first.transition_s, least_s);
   }
 

@@ -94,7 +94,9 @@ void check_setups(const Checked& checked, std::size_t index) {
   const Config& config = checked.config;
   const auto check = [&](std::size_t first, const std::vector<can::SdoWrite>& setup) {
     if (first == index || setup.empty()) return;
-    checked.fail(setup, "{} is for a node that axis {} also uses, expected these objects only in that axis",
+    checked.fail(setup,
+                 "{} is for a node that axis {} also uses, expected the "
+                 "SDO objects of this node only in that axis",
                  key_of(config.axes[index], setup), config.axes[first].wire.name);
   };
   const can::AxisWire& wire = config.axes[index].wire;
@@ -148,7 +150,7 @@ void check_sharing(const Checked& checked) {
       if (const bool& verify_watchdog = config.axes[axis].control.verify_watchdog)
         checked.fail(verify_watchdog,
                      "the commands of several axes are in the same frame, expected verify_watchdog = false: "
-                     "the test would stop the commands of the other axes too");
+                     "the watchdog test of one axis would stop the commands of all these axes");
     if (config.controller.command_deadline >= controller::cycle_of(config.controller))
       checked.fail(config.controller.command_deadline,
                    "command_deadline_us is {:g}, expected less than the cycle, {:g}",

@@ -397,7 +397,7 @@ void visit(V& v, AxisConfig& axis) {
   v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0},
              {"time limit for a node's answer to one request"});
   v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100},
-             {"maximum number of attempts to write each object, with the first attempt"});
+             {"maximum number of attempts to write each object, including the first one"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };
   v.optional_list("amplifier_setup", axis.wire.amplifier_setup, plain);
   v.optional_list("sensor_setup", axis.wire.sensor_setup, plain);

@@ -80,11 +80,11 @@ void warn_of_reach(const AxisConfig& axis, const SegmentNeeds& needs, std::vecto
   const model::Interval drives = controller::model_drives(model, gate);
   const model::Interval reach = controller::model_reach_um(model, gate);
   if (needs.lowest_um >= reach.lo && needs.highest_um <= reach.hi) return;
-  warnings.push_back(
-      fmt::format("{}: {:.6g} to {:.6g} um, but the model reaches {:.6g} to {:.6g} um with {:g} to {:g} {}: "
-                  "the drive will stay at its limit; keep the setpoint within this range",
-                  needs.place, needs.lowest_um, needs.highest_um, reach.lo, reach.hi, drives.lo, drives.hi,
-                  axis.wire.drive_unit));
+  warnings.push_back(fmt::format(
+      "{}: the setpoint covers {:.6g} to {:.6g} um, but the model reaches {:.6g} to {:.6g} um with {:g} to "
+      "{:g} {}: the drive will stay at its limit; keep the setpoint within the reach of the model",
+      needs.place, needs.lowest_um, needs.highest_um, reach.lo, reach.hi, drives.lo, drives.hi,
+      axis.wire.drive_unit));
 }
 
 void warn_of_slew(const AxisConfig& axis, const SegmentNeeds& needs, std::vector<std::string>& warnings) {
@@ -95,21 +95,21 @@ void warn_of_slew(const AxisConfig& axis, const SegmentNeeds& needs, std::vector
       "times as slow{}",
       needs.place, needs.slew_per_s, unit, unit, axis.control.gate.slew_per_s,
       needs.slew_per_s / axis.control.gate.slew_per_s,
-      axis.control.plant_inverse ? ", or smoother corners (turnaround_percent)" : ""));
+      axis.control.plant_inverse ? ", or its corners smoother (turnaround_percent)" : ""));
 }
 
 void warn_of_jump(const AxisConfig& axis, const SegmentNeeds& needs, std::vector<std::string>& warnings) {
   const double jump_um = axis.control.supervision.position_jump_um;
   if (jump_um > 0.0 && needs.motion_um > jump_um)
     warnings.push_back(fmt::format(
-        "{}: the reference moves by up to {:.4g} um in a cycle, but position_jump_um is {:g}: a stage "
-        "that follows trips `position jumped`; use a slower reference (rise_s of a staircase)",
+        "{}: the reference moves by up to {:.4g} um in a cycle, but position_jump_um is {:g}: if the "
+        "stage follows, the fault is `position jumped`; use a slower reference (rise_s of a staircase)",
         needs.place, needs.motion_um, jump_um));
   const controller::FollowingError::Config& following = axis.control.following_error;
   if (needs.step_um > following.error_um)
     warnings.push_back(fmt::format(
-        "{}: a step of {:.4g} um, but following_error_um is {:g}: the stage must be within it after {} "
-        "cycles; use smaller steps, or rise_s",
+        "{}: a step of {:.4g} um, but following_error_um is {:g}: after {} cycles with a larger error, "
+        "the axis faults; use smaller steps, or set rise_s",
         needs.place, needs.step_um, following.error_um, following.cycles));
 }
 
@@ -130,8 +130,8 @@ void warn_of_rate(const controller::Shape& shape, double rate_Hz, const std::str
   const double frequency_Hz = highest_frequency_Hz(shape);
   if (rate_Hz < fewest_cycles * frequency_Hz)
     warnings.push_back(fmt::format(
-        "{}: {:g} Hz at a rate of {:g} Hz: a period has {:.3g} cycles, the drive cannot follow it and "
-        "the samples do not show it; use at most {:g} Hz",
+        "{}: {:g} Hz at a rate of {:g} Hz: a period has {:.3g} cycles, so the drive cannot follow the "
+        "reference, and the samples do not show the error; use at most {:g} Hz",
         place, frequency_Hz, rate_Hz, rate_Hz / frequency_Hz, rate_Hz / fewest_cycles));
 }
 
@@ -145,8 +145,9 @@ void warn_of_range(const AxisConfig& axis, std::vector<std::string>& warnings) {
     const double beyond = std::max(min - gate.drive_min, gate.drive_max - max);
     if (beyond > far * (max - min))
       warnings.push_back(fmt::format(
-          "axis {}: the drive range is {:g} to {:g} {}, the {} range is {:g} to {:g} {}", axis.wire.name,
-          gate.drive_min, gate.drive_max, axis.wire.drive_unit, whose, min, max, axis.wire.drive_unit));
+          "axis {}: the drive range, {:g} to {:g} {}, extends far beyond the {} range, {:g} to {:g} {}",
+          axis.wire.name, gate.drive_min, gate.drive_max, axis.wire.drive_unit, whose, min, max,
+          axis.wire.drive_unit));
   };
   const model::Interval& known = axis.control.law.model.input_range();
   warn("model's", known.lo, known.hi);

@@ -200,15 +200,15 @@ TEST(LabCsvRefusal, ListsThePresentAndMissingColumns) {
       "time_s, input and output, or --columns TIME,INPUT,OUTPUT with column names or numbers from 1 to 4");
   EXPECT_EQ(refusal("t,V\n0,1\n1,2\n"),
             ":1:1: two columns of numbers, expected time, input and output: --output-from FILE reads the "
-            "output from another file, and --rate a file without time");
+            "output from another file, and --rate HZ reads a file without time");
   EXPECT_EQ(
       refusal("t,V,z\n0,1,2\n1,2,3\n"),
       ":1:1: no column among t, V, z can be the output, expected columns named time_s, input and output, or "
       "--columns TIME,INPUT,OUTPUT with column names or numbers from 1 to 3");
   EXPECT_EQ(
       refusal("0,1,2\n1,2,3\n"),
-      ":1:1: no header row, expected column names, or --columns with the numbers of time, input and output, "
-      "1 to 3");
+      ":1:1: no header row, expected column names, or --columns with the column numbers of time, input and "
+      "output, 1 to 3");
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,z"}),
             ":1:1: no column z, expected one of t, V, x, or a number from 1 to 3");
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n", {.columns = "t,V,4"}),
@@ -268,8 +268,8 @@ TEST(LabCsvSigns, AreDecidedOnceForTheWholeFile) {
       "no thousands separators");
   EXPECT_EQ(
       refusal("t,V,x\n0,0100,1,5,2,25\n0,0200,1,5,2,25\n", {.columns = "2,4,6"}),
-      ":2:3: decimal commas between commas, expected semicolons between the fields or quotes around the "
-      "numbers");
+      ":2:3: commas are decimal signs and also separators, expected semicolons between the fields or quotes "
+      "around the numbers");
 }
 
 TEST(LabCsvHead, IsNotReadAsRows) {

@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(
             "05_tek_one_channel_per_file_CH1.csv",
             {},
             ":1:1: two columns of numbers, expected time, input and output: --output-from FILE reads the "
-            "output from another file, and --rate a file without time"},
+            "output from another file, and --rate HZ reads a file without time"},
         RecordFile{"05_tek_one_channel_per_file_CH1.csv",
                    {.output_scale = 10.0, .output_from = path_of("05_tek_one_channel_per_file_CH2.csv")}},
         RecordFile{"05_tek_one_channel_per_file_CH1.csv",
@@ -92,19 +92,20 @@ INSTANTIATE_TEST_SUITE_P(
         RecordFile{
             "15_nan_at_the_ends.csv",
             {},
-            ":2:3: V is \"NaN\", expected a finite number; --from 0.01 selects only the rows after this row"},
+            ":2:3: V is \"NaN\", expected a finite number; --from 0.01 selects only the rows after the "
+            "damage"},
         RecordFile{
             "15_nan_at_the_ends.csv",
             {.from_s = 0.01},
-            ":600:16: x is \"NaN\", expected a finite number; --to 5.97 selects only the rows before this "
-            "row"},
+            ":600:16: x is \"NaN\", expected a finite number; --to 5.97 selects only the rows before the "
+            "damage"},
         RecordFile{"15_nan_at_the_ends.csv", {.from_s = 0.01, .to_s = 5.97}, "", 597},
         RecordFile{"16_text_at_the_end.csv"}, RecordFile{"17_cut_in_the_last_row.csv", {}, "", 599},
         RecordFile{
             "19_time_restarts.csv",
             {},
             ":602: t is 0 after 5.99, expected an increasing time: --to 5.99 selects only the rows before "
-            "this row"},
+            "the time goes back"},
         RecordFile{"19_time_restarts.csv", {.to_s = 5.99}}, RecordFile{"20_clock_time.csv"},
         RecordFile{"20_clock_time.csv", {.columns = "2,3", .rate_Hz = 100.0}}, RecordFile{"23_epoch_ms.csv"},
         RecordFile{"24_decimal_commas_in_quotes.csv"},

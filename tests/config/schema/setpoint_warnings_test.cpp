@@ -66,8 +66,10 @@ TEST(SupervisionWarnings, NameEveryDisabledCheckOfAnAxisWithFeedback) {
 TEST(SetpointWarnings, NameADriveRangeFarBeyondModelAndTwin) {
   const auto found = warnings("piezo.toml", {{"axis[0].control.drive_max_V", "1000.0"}});
   ASSERT_GE(found.size(), 2u);
-  EXPECT_EQ(found[0], "axis x: the drive range is 0 to 1000 V, the model's range is 0 to 100 V");
-  EXPECT_EQ(found[1], "axis x: the drive range is 0 to 1000 V, the twin's range is -20 to 120 V");
+  EXPECT_EQ(found[0],
+            "axis x: the drive range, 0 to 1000 V, extends far beyond the model's range, 0 to 100 V");
+  EXPECT_EQ(found[1],
+            "axis x: the drive range, 0 to 1000 V, extends far beyond the twin's range, -20 to 120 V");
 }
 
 TEST(SetpointWarnings, NameAReferenceBeyondTheReachOfTheModel) {
@@ -92,7 +94,7 @@ TEST(SetpointWarnings, NameACornerTooSharpForThePlantInverse) {
   const auto found = of_sharp_corners("true");
   ASSERT_EQ(found.size(), 1U);
   EXPECT_TRUE(found[0].starts_with("axis x, setpoint[0]: the drive must change by up to ")) << found[0];
-  EXPECT_TRUE(found[0].ends_with(" times as slow, or smoother corners (turnaround_percent)"));
+  EXPECT_TRUE(found[0].ends_with(" times as slow, or its corners smoother (turnaround_percent)"));
   EXPECT_TRUE(of_sharp_corners("false").empty());
 }
 
