@@ -190,7 +190,7 @@ INSTANTIATE_TEST_SUITE_P(
             },
             by_number,
             ":4:17: Channel B is \"\u221e\", expected a finite number; --from 0.01 selects only the rows "
-            "after this row"},
+            "after the damage"},
         WornDress{"PI: a GCS array",
                   "# REM E-709\n# SAMPLE_TIME = 0.010000\n# NAME0 = Control Voltage\n# END_HEADER\n",
                   [](int, double, double v, double x) { return fmt::format("{:.6f} {:.6f} \n", v, x); },
@@ -228,7 +228,7 @@ INSTANTIATE_TEST_SUITE_P(
             },
             {},
             ":2:1: the row has 4 fields, expected 3 as in the header; --from 0.01 selects only the rows "
-            "after this row"},
+            "after the damage"},
         WornDress{
             "times in whole numbers without a unit",
             "time,drive,position\n",
