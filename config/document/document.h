@@ -249,10 +249,9 @@ class Writer {
   void required(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     line(key, value, text_of(key, value, about.digits), true, about, choices_of<T>(), range);
   }
-  /// Writes an optional key. Omits an infinite number, an empty text or an empty list of words. Calls the
-  /// Remark with is_required = true if a missing key does not mean the initial value of the member
-  /// (About::otherwise): then the key is written even if its value is the initial one. A word and a list of
-  /// words always have is_required = false.
+  /// Writes an optional key. Omits an infinite number, an empty text or an empty list of words. The Remark
+  /// receives is_required = true if `about.otherwise` is set and the value is not a word or a list of words.
+  /// The default of such a key is not the initial value of the member, so an initial value is also written.
   template <class T>
   void optional(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     bool is_left_out = false;

@@ -23,8 +23,8 @@ bool is_date(std::string_view text);
 /// earlier than the time before it belongs to the next day.
 class ClockColumn {
  public:
-  /// Converts the next time of the column. Returns nullopt if the text is not a time, if the date changes
-  /// without a midnight between the two times, or if the time goes back to the day before.
+  /// Converts the next time of the column. Returns nullopt if the text is not a time, if the date changes but
+  /// the time of day does not fall by more than half a day, or if the time goes back to the day before.
   std::optional<double> seconds(std::string_view text);
 
  private:

@@ -54,9 +54,10 @@ std::string csv_field(std::string_view text);
 /// Returns TEXT of the first comment `# NAME = TEXT`, without quotes; empty if there is none.
 std::string comment_in(const std::vector<std::string>& comments, std::string_view name);
 
-/// Returns the text for a message; of a long text only the beginning.
+/// Returns the text for a message. If the text is long, returns only its beginning.
 std::string shortened(std::string_view text);
-/// Returns the names as a list for a message; of many names only the first ones and the number of the others.
+/// Returns the names as a list for a message. If there are many names, the list has only the first ones and
+/// the number of the others.
 std::string listed(const std::vector<std::string>& names);
 
 /// Returns the notes about an ignored end of a file: the last row if it has no line end (`is_cut`), and the

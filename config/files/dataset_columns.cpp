@@ -228,8 +228,8 @@ class ColumnSelector {
   }
 
   /// Returns the time column of the input and the time column of the output. The second one is nullopt if
-  /// input and output share the time. Input and output have separate times if two time columns with the same
-  /// title precede them, one each.
+  /// input and output share the time. Input and output have separate times if several time columns have the
+  /// same title, and the nearest one before the input is not the nearest one before the output.
   std::pair<Likeliest, std::optional<std::size_t>> times_of(const Likeliest& input,
                                                             const Likeliest& output) const {
     const Likeliest time = likeliest(ColumnMeaning::time);

@@ -20,7 +20,7 @@ struct DatasetColumns {
   std::vector<std::size_t> selected{};
   bool has_time = false, has_output_time = false;
   std::array<std::string, 3> titles{};  ///< titles of the columns time, input, output
-  double seconds = 1.0;  ///< seconds per unit of the time column; per sample if a rate is given
+  double seconds = 1.0;  ///< seconds per unit of the time column; with a rate: seconds per sample
   std::optional<double> time_unit_s{};  ///< unit of the time column in seconds; nullopt: it has no unit
   double input_scale = 1.0, output_scale = 1.0;
   std::string input_unit{}, output_unit{};  ///< units of input and output; empty: unknown

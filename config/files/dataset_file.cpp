@@ -173,7 +173,8 @@ class RowLoader {
 
   /// Returns the duration of one unit of the time column, in s, for a file with a sampling rate. `step` is
   /// the difference of the first two values. Throws Error if `step` does not agree with the rate and the
-  /// values are not sample numbers. Without a unit, `step` may agree in s, ms, us or ns.
+  /// values are not sample numbers. If the column has no unit, the function tries s, ms, us and ns for a
+  /// `step` above 1.
   double seconds_beside_rate(double step) {
     const double unit_s = columns_.time_unit_s.value_or(1.0);
     constexpr double same = 1e-6;

@@ -20,7 +20,7 @@ struct DatasetLayout {
   std::string columns{};
   /// Sampling rate that the user gives if the file has no time, or if the time is the sample number.
   std::optional<double> rate_Hz{};
-  std::optional<double> output_scale{};    ///< um per unit of the output; per 1 V, even if the file has mV
+  std::optional<double> output_scale{};    ///< um per base unit of the output: um per V if the file has mV
   std::filesystem::path output_from{};     ///< file with the output; empty: the output is in the same file
   std::optional<double> from_s{}, to_s{};  ///< rows before from_s and after to_s are ignored
   bool has_interval_options = false;       ///< true: the command has --from and --to; messages may name them

@@ -88,8 +88,8 @@ bool is_grouped(std::string_view digits, char sign) {
   return true;
 }
 
-/// What one number shows about its file: which mark is the decimal sign, the thousands sign, or either of
-/// them.
+/// What one number shows about its file: the mark that is the decimal sign, the mark that is the thousands
+/// sign, and the mark that can be both.
 struct Evidence {
   bool is_number = false;
   std::optional<char> decimal{}, thousands{}, ambiguous{};

@@ -233,7 +233,8 @@ class HeadReader {
     return false;
   }
 
-  // A setting has a known name ("Sample Interval"). Its value is in the same or next fields, or a line below.
+  // A setting has a known name ("Sample Interval"). Its value is in the same field or in the next fields.
+  // A rate may also be in the field below.
 
   void read_settings(const std::vector<TextLine>& lines) {
     std::vector<StatedRate> rates;
@@ -324,9 +325,10 @@ class HeadReader {
     std::size_t field = 0;                   ///< index of the field that contains the unit
   };
 
-  /// Assigns the units of a setting to columns. A unit in `CH1:V CH2:mV` belongs to the column of this name.
-  /// Otherwise the units belong to the columns in order if their number fits, else each unit to the column
-  /// below it. A single unit belongs to all columns except the time.
+  /// Assigns the units of a setting to columns. In `CH1:V CH2:mV`, each unit belongs to the column with the
+  /// name before the colon. Units without names belong to the columns in order if there are as many units as
+  /// columns (targets_of()); otherwise each unit belongs to the column below it. A single unit belongs to all
+  /// columns except the time.
   void take_units(const Fields& fields, std::size_t at, RecordSetting setting, std::string_view rest) {
     const std::vector<ValueOfField> values = values_of(fields, at, rest);
     const std::vector<std::size_t> targets = targets_of(values.size());

@@ -65,7 +65,7 @@ void RecordText::read(std::size_t most_lines) {
         std::count(text_.begin() + static_cast<std::ptrdiff_t>(begin), text_.end(), '\n'));
     if (lines > most_lines)
       throw Error({file_, lines, 1}, "too many lines", expect("at most {}", most_lines));
-    // Refuses a line that is too long before the rest of it is read.
+    // Refuses a line longer than longest_csv_line. The rest of such a line is not read into memory.
     const std::size_t end = text_.rfind('\n');
     if (end != std::string::npos && end >= begin) line_begin = end + 1;
     if (text_.size() - line_begin > longest_csv_line)

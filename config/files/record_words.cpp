@@ -42,8 +42,8 @@ constexpr std::array<UnitWord, 27> unit_words{
      {"N", "N", 1.0, std::nullopt, " newton "},
      {"deg", "deg", 1.0, std::nullopt, " degree degrees "}}};
 
-// The usual column names of time, input and output, in lower case. From "sample" on, the names of a time
-// column mean the sample number.
+// The usual column names of time, input and output, in lower case. The names of a time column
+// from "sample" to "sequence" mean the sample number.
 constexpr std::array<std::string_view, 13> time_words{
     "time",  "t", "zeit", "timestamp", "elapsed",   "seconds", "sample",
     "index", "n", "#",    "nr",        "messpunkt", "sequence"};

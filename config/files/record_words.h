@@ -16,7 +16,7 @@ inline constexpr std::array<std::string_view, 3> column_meanings{"time", "input"
 
 struct UnitWord {
   std::string_view symbol;  ///< symbol of the unit: "ms"
-  std::string_view base;    ///< unit to which values are converted: "s" for "ms"; "mm" for "mm"
+  std::string_view base;    ///< unit to which values are converted: "s" for "ms", "V" for "kV"
   double factor;            ///< size of the unit in base units: 1e-3 for "ms"
   std::optional<ColumnMeaning> meaning;
   std::string_view others;  ///< other spellings of the unit, in lower case, separated by blanks

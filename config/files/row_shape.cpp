@@ -171,7 +171,8 @@ class FirstRow {
   const RowShape& shape_;
   std::vector<std::string_view> fields_;
   TextLine before_row_;
-  std::optional<TextLine> damaged_;  ///< line before the damaged rows directly above; nullopt: no such rows
+  /// Line before the damaged rows that end at the present line; nullopt if there are no such rows.
+  std::optional<TextLine> damaged_;
   std::size_t rows_ = 0, labelled_ = 0, settings_ = 0;
   std::string_view last_setting_;
   bool has_names_ = false;

@@ -23,8 +23,8 @@ struct RowShape {
 bool is_value(std::string_view field);
 
 /// Returns the most frequent shape of the lines with numbers. A shape with two or more numbers has priority
-/// over a shape with one number. `rows` of the result is 0 if the text has no line of numbers. Of a long
-/// text, only samples are examined if they have enough rows.
+/// over a shape with one number. `rows` of the result is 0 if the text has no line of numbers. If the text
+/// is long, only samples of it are examined, unless the samples have too few rows.
 RowShape find_row_shape(const RecordText& text);
 
 /// Returns true if the fields have the shape: their number fits, and each number field of the shape has a

@@ -80,8 +80,8 @@ Duration round_of(const Config& config) {
 std::int64_t rounds_up(Duration time, Duration round) { return (time + round - Duration{1}) / round; }
 
 /// Adds the controller's scan markers and axis statuses if the database has messages for them. All statuses
-/// become due with a heartbeat. The controller sends at most one marker or status per cycle, one after the
-/// other: after its commands, or in its slot.
+/// become due with a heartbeat. The controller sends at most one marker or status per cycle: after its
+/// commands, or in its slot if the bus has slots.
 void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config) {
   const Duration cycle = cycle_of(config);
   const std::size_t first = sources.size();

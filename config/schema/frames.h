@@ -15,7 +15,8 @@ namespace hystcan::config {
 /// Returns true for a role that the frames must have, because control is impossible without it.
 inline bool must_be_carried(std::string_view role) { return role == "setpoint" || role == "position"; }
 
-/// Returns true if the amplifier's status reports both that it is enabled and that it has tripped.
+/// Returns true if the amplifier has a status message with a signal for the role `state`. This signal reports
+/// whether the amplifier is off, ready, enabled or in fault.
 bool reports_state(const can::AxisWire& axis);
 
 /// Returns a sentence for each function that is lost because the axis's frames lack a signal. The result is

@@ -223,7 +223,7 @@ void visit(V& v, controller::Learning::Config& l) {
   v.optional("frozen", l.frozen, any, {"keeps the learnt correction and stops learning"});
 }
 
-/// Keys of the limits that trip an axis; they are also in [axis.control].
+/// Keys of the limits that trip an axis. They are in the table [axis.control].
 template <class V>
 void visit_supervision(V& v, controller::AxisConfig& c) {
   controller::Supervisor::Config& s = c.supervision;

@@ -8,7 +8,7 @@
 
 namespace hystcan::config {
 
-/// The kind of CAN frames in which axes are sent.
+/// The kind of CAN frames that carry the data of the axes.
 enum class Wiring : std::uint8_t {
   classical,  ///< each axis has its own standard frames of 8 bytes and two nodes; classical CAN
   fd,         ///< each axis has its own frames of 8 bytes and two nodes; CAN FD with bit-rate switch
