@@ -99,8 +99,8 @@ class Reader {
   }
   void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
               const About& = {});
-  /// Reads a limit. If the key is missing or has the value `inf`, `value` does not change. The Reader ignores
-  /// `in_its_place`.
+  /// Reads a limit. If the key is missing or has the value `inf`, `value` does not change. Only the Writer
+  /// uses `in_its_place`, the limit in force if the key is missing.
   void limit_or_inf(std::string_view key, double& value, double in_its_place, const About& = {});
 
   /// Reads a sub-table that may be missing; `value` is then empty.
@@ -148,9 +148,9 @@ class Reader {
   void takes_effect(Effect) {}
 
   /// Throws Error if the table has an unknown key, or if a required key is missing. Unknown keys are checked
-  /// first: if a required key is misspelt, the error should quote the misspelt key. A choice decides which
-  /// other keys exist. So if a choice is missing, an unknown key is an error only if it resembles a known key
-  /// and is probably misspelt.
+  /// first: if a required key is misspelt, the error should quote the misspelt key. A choice, for example
+  /// the key `kind`, decides which other keys exist. So if a choice is missing, an unknown key is an error
+  /// only if it resembles a known key and is probably misspelt.
   void finish() const;
 
  private:

@@ -138,7 +138,7 @@ Actuator Actuator::load(const std::filesystem::path& file, bool beyond_limit) {
 
 Actuator Actuator::quasi_static() const {
   Actuator hysteresis_only = *this;
-  // A new pointer makes sure that a memory of the whole actuator is not used with this actuator.
+  // The copy of the model has its own pointer, so a memory of the whole actuator does not fit this actuator.
   hysteresis_only.model = std::make_shared<const model::AnyModel>(*model);
   hysteresis_only.lag = {.delay_s = lag.delay_s};
   return hysteresis_only;

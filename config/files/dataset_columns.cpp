@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::array<std::string_view, 3> usual_names{"time_s", "input", "output"};
 
-/// Returns points for how likely the column has this meaning, by its name and its unit; 0: not at all.
+/// Returns a score of how likely the column has this meaning, from its name and its unit; 0: it has not.
 int likeness(const CsvColumn& column, ColumnMeaning meaning) {
   int points = name_likeness(lower_case(column.name), meaning);
   const UnitWord* unit = find_unit(column.unit);

@@ -28,7 +28,7 @@ std::pair<std::string, double> unit_of(const LabCsvReader& reader, const char* n
 
 /// A unit in which a clock may count the time since 1970. In a column without a unit, counts from `first` to
 /// `last` (the years 2008 to 2036) with steps up to `longest_step` (one second) are times since 1970. A clock
-/// that counts the next smaller unit from its own start reaches the count `first` only after 13 days.
+/// that counts from its own start in the next smaller unit has no such counts in its first 13 days.
 struct Epoch {
   double first, last, longest_step, unit_s;
   const char* name;
@@ -141,9 +141,9 @@ class RowLoader {
     if (!columns_.has_time) {
       constexpr double same = 1e-6;
       if (times.size() == 2 && !layout_.rate_Hz && std::abs((times[1] - times[0]) * rate_Hz_ - 1.0) < same)
-        reader_.fail_at_header(
-            fmt::format("{} is the time, expected --columns TIME,INPUT,OUTPUT, or --output-from FILE",
-                        columns_.titles[1]));
+        reader_.fail_at_header(fmt::format(
+            "{} has the times of the rows, expected --columns TIME,INPUT,OUTPUT, or --output-from FILE",
+            columns_.titles[1]));
     } else if (times.size() == 2) {
       if (!reader_.has_clock() && rate_Hz_ > 0.0)
         seconds_ = seconds_beside_rate(times[1] - times[0]);

@@ -37,13 +37,13 @@ struct DatasetFile {
 };
 
 /// Loads a dataset. Selects the columns that `layout` names; else the columns time_s, input and output; else
-/// the columns with similar names. The sampling rate is from `layout`, else from the lines above the rows. It
-/// is used if the file has no time or only the sample number. If the file has times, they must agree with the
-/// rate. The lines `# input_unit = ...` and `# output_unit = ...` give the units, if present. Times of day,
-/// and times since 1970 in ms, us or ns, are converted to times since the first row. Reading begins at the
-/// first row at or after `from_s` and ends at the first row after `to_s`. Throws Error if the file can't be
-/// read or has more than `most_rows` rows, if a row is invalid, if the time does not increase, or if a value
-/// exceeds the limit of identification/dataset.h.
+/// the columns with similar names. The sampling rate is from `layout`, else from the lines above the rows.
+/// The rate is used if the file has no time or only the sample number. If the file has times, they must agree
+/// with the rate. The lines `# input_unit = ...` and `# output_unit = ...` give the units, if present. Times
+/// of day, and times since 1970 in ms, us or ns, are converted to times since the first row. Rows before
+/// `from_s` and rows after `to_s` are ignored. Throws Error if the file can't be read or has more than
+/// `most_rows` rows, if a row is invalid, if the time does not increase, or if a value exceeds the limit of
+/// identification/dataset.h.
 DatasetFile load_dataset(const std::filesystem::path& file, const DatasetLayout& layout = {},
                          std::size_t most_rows = most_dataset_rows);
 

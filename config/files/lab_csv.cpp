@@ -54,7 +54,8 @@ void LabCsvReader::read_head_above() {
   head_ = read_head(head, shape_, settings_beside());
 }
 
-/// Returns the rows that have an instrument setting to the left of their numbers, as some instruments write.
+/// Returns the rows that have an instrument setting to the left of their numbers. Some instruments write such
+/// rows.
 /// Only the first 100 rows are examined.
 std::vector<TextLine> LabCsvReader::settings_beside() {
   constexpr std::size_t examined_lines = 100;

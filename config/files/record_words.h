@@ -30,8 +30,8 @@ bool is_clock_form(std::string_view text);
 /// Returns the symbols of all units that a column of this meaning can have: "s, ms, us, ...".
 std::string listed_units(ColumnMeaning meaning);
 
-/// Returns points for how likely a column with this name has this meaning: 4 if the name is a usual word for
-/// it, 2 if the name contains such a word, else 0. The name must be in lower case.
+/// Returns a score of how likely a column with this name has this meaning: 4 if the name is a usual word for
+/// the meaning, 2 if the name contains such a word, else 0. The name must be in lower case.
 int name_likeness(std::string_view name, ColumnMeaning meaning);
 /// Returns true if the name is a usual name of the sample number, such as "index". The name must be in lower
 /// case.

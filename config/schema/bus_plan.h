@@ -35,7 +35,7 @@ struct PlannedFrame {
 struct BusPlan {
   std::vector<PlannedFrame> frames;       ///< all frames except emergencies, highest priority first
   std::vector<PlannedFrame> emergencies;  ///< emergency frames, sent in addition to `frames`
-  double load = 0.0;                      ///< bus load by `frames`, with the maximum number of stuff bits
+  double load = 0.0;  ///< bus load by `frames`, 1: bus is full; with all possible stuff bits
   can::Duration cycle{};
   std::optional<can::Duration> last_command;  ///< longest time from a SYNC to the start of its last command
                                               ///< frame; nullopt: there is no upper bound

@@ -175,7 +175,7 @@ class AxisCheck : Checked {
            "compensate the same delays");
   }
 
-  static constexpr double rounding = 1.0 + 1e-9;  ///< factor on limits; accepts a shape exactly at its limit
+  static constexpr double rounding = 1.0 + 1e-9;  ///< factor on limits, which allows rounding errors
   std::size_t index_;
   const AxisConfig& axis_;
   const std::string& unit_;

@@ -132,7 +132,7 @@ class Loader {
   }
 
   /// Sets the index of the coupled axis in each coupling of the axis `name`. Throws Error if the coupling
-  /// names no other axis.
+  /// does not name another axis.
   void resolve(const std::string& name, std::vector<model::Coupling>& couplings) const {
     for (model::Coupling& coupling : couplings) {
       const auto from = std::ranges::find(config_.axes, coupling.from,

@@ -12,8 +12,8 @@ using Loss = std::pair<const char*, const char*>;
 
 constexpr Loss command_losses[] = {
     {"enable",
-     "no Enable: the amplifier is on from the first command, is set to the safe drive but never "
-     "switched off, and trips by its own watchdog when the controller ends"},
+     "no Enable: the first command switches the amplifier on, and the controller cannot switch it off; when "
+     "the controller ends, the amplifier's watchdog trips"},
     {"clear_fault", "no ClearFault: --clear-faults has no effect; clear faults at the amplifier"},
     {"sync_counter", "no SyncCounter: the amplifier cannot distinguish a stale command from a fresh one"}};
 

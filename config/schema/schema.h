@@ -37,8 +37,9 @@ template <class V>
 void visit(V& v, controller::Realtime& r) {
   v.optional("priority", r.priority, {.lo = 0, .hi = 99},
              {"`SCHED_FIFO` priority; 0: the scheduling class of the program does not change"});
-  v.optional("lock_memory", r.lock_memory, any,
-             {"locks all memory (`mlockall`) and touches stack and heap at the start"});
+  v.optional(
+      "lock_memory", r.lock_memory, any,
+      {"locks all memory (`mlockall`) and reserves stack and heap, so that no cycle waits for memory"});
   v.optional("cpus", r.cpus, any, {"processors on which the control thread may run, 0 to 1023; empty: all"});
 }
 
@@ -58,7 +59,7 @@ void visit(V& v, controller::CommonConfig& c) {
              {"SYNC delay above which the log reports it; 0: never"});
   v.optional("wake_up_trip_us", c.lateness_trip, not_negative,
              {"SYNC delay above which every axis in use faults; 0: never"});
-  v.optional("start_together", c.start_together, any, {"an axis that is ready waits for the others"});
+  v.optional("start_together", c.start_together, any, {"a ready axis waits until the other axes are ready"});
   v.optional("start_timeout_s", c.start_timeout, not_negative,
              {"longest time for which a ready axis waits for the other axes"});
   v.optional("control_socket", c.control_socket, any, {"file of the [control socket](../control_socket.md)"});
@@ -66,7 +67,7 @@ void visit(V& v, controller::CommonConfig& c) {
   v.optional("black_box_dir", c.black_box.folder, any,
              {"folder of the [black boxes](../deployment.md#the-black-box)"});
   v.optional("black_box_files", c.black_box.files, {.lo = 0, .hi = 10'000},
-             {"maximum number of black boxes in that folder; 0: none is written"});
+             {"maximum number of black boxes in `black_box_dir`; 0: no black box is written"});
   v.optional_table("realtime", c.realtime, [](V& sub, auto& value) { visit(sub, value); });
 }
 
@@ -132,7 +133,7 @@ void visit(V& v, controller::MultiSine& s) {
 template <class V>
 void visit(V& v, controller::Table& s) {
   v.required("file", s.file, any,
-             {"CSV with the columns `time_s`, increasing, and `position_um`, of two rows or more"});
+             {"CSV file of two or more rows with the columns `time_s` (increasing) and `position_um`"});
 }
 template <class V>
 void visit(V& v, controller::Staircase& s) {
@@ -185,7 +186,7 @@ void visit(V& v, controller::Delays& d) {
   v.optional("amplifier_bandwidth_Hz", d.amplifier_bandwidth_Hz, positive,
              {"small-signal bandwidth, -3 dB", "of the model"});  // if missing: value of the model file
   v.optional("resonance_Hz", d.resonance_Hz, positive,
-             {"first mode of the stage with its load", "of the model"});
+             {"frequency of the first mode of the stage with its load", "of the model"});
   v.optional("damping_ratio", d.damping_ratio, not_negative,
              {"damping ratio of the first mode", "of the model"});
   v.optional("interpolated", d.interpolated, any,
@@ -219,7 +220,7 @@ void visit(V& v, controller::Learning::Config& l) {
   v.optional("forget_percent", l.forget_percent, {.lo = 0.0, .hi = 50.0, .lo_excluded = true},
              {"share of the correction that is dropped in one period"});
   v.optional("resonance_percent", l.resonance_percent, {.lo = 0.0, .hi = 50.0},
-             {"largest deviation of the resonance at which the error still decays"});
+             {"largest deviation of the resonance from `resonance_Hz` at which the error still decays"});
   v.optional("frozen", l.frozen, any, {"keeps the learnt correction and stops learning"});
 }
 
@@ -267,12 +268,12 @@ void visit_control(V& v, AxisConfig& axis) {
   controller::AxisConfig& c = axis.control;
   v.takes_effect(Effect::at_once);
   v.optional("model", axis.control_model, any,
-             {"model file; `excite` runs without one", "required",
+             {"model file; only `hystcan excite` runs without it", "required",
               Effect::after_restart});  // only load_unmeasured() accepts a file without this key
   v.required("structure", c.law.structure, any, {"control structure: [theory](../theory/control_law.md)"});
   v.required("kp", c.law.pi.kp, not_negative, {"proportional gain"});
   v.required("ki_per_s", c.law.pi.ki_per_s, not_negative, {"integral gain"});
-  v.optional("deadband_um", c.law.deadband_um, not_negative, {"error deadband at the PI input"});
+  v.optional("deadband_um", c.law.deadband_um, not_negative, {"deadband of the error at the PI input"});
   v.optional("measurement_filter_Hz", c.law.measurement_filter_Hz, not_negative,
              {"corner frequency of a first-order low pass at the PI input; 0: none"});
   v.required("drive_min_" + unit, c.gate.drive_min, any, {"lowest drive in a command"});
@@ -282,7 +283,7 @@ void visit_control(V& v, AxisConfig& axis) {
              {"drive of the safe command, which also disables the amplifier", {}, Effect::after_restart});
   v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive, {"maximum rate of change of the drive"});
   v.optional("start_up", c.start_up, any,
-             {"source of the actuator's memory at the start", {}, Effect::at_next_start});
+             {"how the controller gets the actuator's memory at the start", {}, Effect::at_next_start});
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive,
              {"speed of the drive ramps at the start and at the end of a run", {}, Effect::at_next_start});
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative,
@@ -384,7 +385,8 @@ void visit(V& v, AxisConfig& axis) {
   v.required("name", axis.wire.name, any,
              {"unique name of the axis in logs and files: letters, digits, `_`, `.` and `-`"});
   v.optional("message_prefix", axis.wire.message_prefix, any,
-             {"prefix of the standard messages, see below", "required without `[axis.frames]`"});
+             {"prefix in the names of the standard messages: `X` in `XAmpCommand`",
+              "required without `[axis.frames]`"});
   v.required("drive_unit", axis.wire.drive_unit, any, {"unit of the drive, as in the model file"});
   v.required("amplifier_node", axis.wire.amplifier_node, {.lo = 1, .hi = 127},
              {"unique node id of the amplifier"});

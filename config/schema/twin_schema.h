@@ -24,7 +24,7 @@ template <class V>
 void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifier) {
   if (unit == "V" || unit == any_drive_unit) {
     v.optional("current_limit_A", amplifier.current_limit_A, positive,
-               {"current limit into `load_uF` if the drive is in V", "unlimited"});
+               {"limit of the current into `load_uF` if the drive is in V", "unlimited"});
     v.optional("load_uF", amplifier.load_uF, not_negative,
                {"capacitance of the load if the drive is in V; 0: no capacitance"});
   }
@@ -113,7 +113,7 @@ void visit(V& v, twin::Temperature& temperature) {
   v.required("expansion_um_per_K", temperature.expansion_um_per_K, any,
              {"thermal expansion of the position"});
   v.required("gain_per_K", temperature.gain_per_K, any,
-             {"relative change of the stroke, less than 1 / `swing_K`"});
+             {"relative change of the stroke per kelvin, less than 1 / `swing_K`"});
 }
 
 /// Lists the keys of [axis.twin], which describe the simulated axis.
@@ -122,7 +122,7 @@ void visit_twin(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;
   twin::AxisConfig& t = axis.twin;
   v.takes_effect(Effect::on_nodes);
-  v.optional("model", axis.twin_model, any, {"the twin's own model file, of any kind", "required"});
+  v.optional("model", axis.twin_model, any, {"model file of the twin, with any kind of model", "required"});
   v.optional("resonance_Hz", t.plant.mode.natural_frequency_Hz, positive,
              {"mechanical mode", "of the model"});
   v.optional("damping_ratio", t.plant.mode.damping_ratio, not_negative,
