@@ -268,7 +268,7 @@ void visit_control(V& v, AxisConfig& axis) {
   controller::AxisConfig& c = axis.control;
   v.takes_effect(Effect::at_once);
   v.optional("model", axis.control_model, any,
-             {"model file; only `hystcan excite` runs without it", "required",
+             {"model file; `hystcan excite` does not need it", "required",
               Effect::after_restart});  // only load_unmeasured() accepts a file without this key
   v.required("structure", c.law.structure, any, {"control structure: [theory](../theory/control_law.md)"});
   v.required("kp", c.law.pi.kp, not_negative, {"proportional gain"});
