@@ -56,7 +56,7 @@ void visit(V& v, controller::CommonConfig& c) {
   v.optional("command_deadline_us", c.command_deadline, not_negative,
              {"latest time after SYNC to send a command frame of several axes; 0: nine tenths of the cycle"});
   v.optional("wake_up_warn_us", c.lateness_warn, not_negative,
-             {"SYNC delay above which the log reports it; 0: never"});
+             {"delay of a SYNC above which the log reports the delay; 0: never"});
   v.optional("wake_up_trip_us", c.lateness_trip, not_negative,
              {"SYNC delay above which every axis in use faults; 0: never"});
   v.optional("start_together", c.start_together, any, {"a ready axis waits until the other axes are ready"});
@@ -103,7 +103,7 @@ template <class V>
 void visit(V& v, controller::Triangle& s) {
   visit_periodic(v, s);
   v.optional("turnaround_percent", s.turnaround_percent, turnaround_range,
-             {"share of each period for its [turnarounds](#turnarounds), both together; 0: sharp corners"});
+             {"share of each period for its two [turnarounds](#turnarounds) together; 0: sharp corners"});
 }
 template <class V>
 void visit(V& v, controller::Sine& s) {
@@ -164,7 +164,7 @@ void visit(V& v, controller::Raster& s) {
                {"share of the line time for the flyback, if `both_directions` is false"});
   v.optional("slow", s.slow, any, {"whether the slow axis rests on each line or moves at constant speed"});
   v.optional("turnaround_percent", s.turnaround_percent, turnaround_range,
-             {"share of the line time for its turnarounds, both together"});
+             {"share of the line time for the turnarounds of the line together; 0: sharp corners"});
 }
 
 template <class V>
@@ -242,11 +242,13 @@ void visit_supervision(V& v, controller::AxisConfig& c) {
              {"`sample missing`: maximum consecutive missing samples"});
   v.optional("frozen_cycles", s.frozen_cycles, any,
              {"`position frozen`: number of consecutive equal samples; 0: off"});
-  v.optional("saturated_s", s.saturated_s, not_negative, {"`saturated`: time at the drive limit; 0: off"});
+  v.optional("saturated_s", s.saturated_s, not_negative,
+             {"`saturated`: longest time at the drive limit; 0: off"});
   v.optional("bus_passive_s", s.bus_passive_s, not_negative,
-             {"`bus passive`: time in the error-passive state; 0: off"});
-  v.optional("status_timeout_ms", s.status_timeout, not_negative,
-             {"`status missing`: time without a status, at least two periods of `status_every`; 0: off"});
+             {"`bus passive`: longest time in the error-passive state; 0: off"});
+  v.optional(
+      "status_timeout_ms", s.status_timeout, not_negative,
+      {"`status missing`: longest time without a status, at least two periods of `status_every`; 0: off"});
 }
 
 template <class V>

@@ -43,7 +43,7 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   twin::Amplifier::Config& amplifier = t.plant.amplifier;
   visit_load(v, unit, amplifier);
   v.optional("drive_resolution_" + unit, amplifier.resolution, not_negative,
-             {"least significant bit of the converter; 0: not quantised"});
+             {"size of the least significant bit of the converter; 0: not quantised"});
   v.optional("drive_noise_" + unit + "_per_rtHz", t.drive_noise.density_per_rtHz, not_negative,
              {"one-sided density of the white noise at the output"});
   v.optional("ripple_" + unit, t.drive_noise.ripple, not_negative, {"amplitude of a sine on the output"});
@@ -111,7 +111,7 @@ void visit(V& v, twin::Temperature& temperature) {
   v.required("swing_K", temperature.swing_K, not_negative, {"amplitude of the ambient temperature"});
   v.required("period_s", temperature.period_s, positive, {"period of the ambient temperature"});
   v.required("expansion_um_per_K", temperature.expansion_um_per_K, any,
-             {"thermal expansion of the position"});
+             {"change of the position per kelvin by thermal expansion"});
   v.required("gain_per_K", temperature.gain_per_K, any,
              {"relative change of the stroke per kelvin, less than 1 / `swing_K`"});
 }
@@ -139,7 +139,7 @@ void visit_twin(V& v, AxisConfig& axis) {
   v.required("noise_um_rms", t.sensor.noise_um_rms, not_negative,
              {"standard deviation of the noise in one sample"});
   v.required("resolution_um", t.sensor.resolution_um, not_negative,
-             {"least significant bit; 0: not quantised"});
+             {"size of the least significant bit; 0: not quantised"});
   v.optional("substep_us", t.plant.substep, {.lo = 1.0, .hi = 1000.0}, {"integration step"});
   visit_amplifier(v, unit, t);
   v.section("sensor", t, [](V& sub, twin::AxisConfig& value) { visit_sensor(sub, value); });
