@@ -160,7 +160,7 @@ TEST(AllowedK, IsGivenForBothDirectionsIfOneAloneDoesNotHelp) {
   const std::string text = refusal(p);
   const auto at = text.find("too large together with ");
   ASSERT_NE(at, std::string::npos) << text;
-  const double reported = std::stod(text.substr(text.find(", ", at) + 2));
+  const double reported = std::stod(text.substr(text.find("k_ascending = ", at) + 14));
   p.k_ascending = p.k_descending = reported;
   EXPECT_EQ(refusal(p), "accepted");
   p.k_ascending = p.k_descending = reported * (1 + 1e-4);

@@ -64,7 +64,7 @@ TEST_P(InitOfForeignStages, EndsWithAPlausibleCurveAndStroke) {
   model::HysteresisState wiped = twin.at_lower_threshold();
   EXPECT_NEAR(twin.virgin(0.0).output, twin.advance(wiped, 0.0).value, 1e-6)
       << "the twin starts where the record began";
-  EXPECT_NE(read("stage/x.report/report.html").find("the ascending reference curve is taken as"),
+  EXPECT_NE(read("stage/x.report/report.html").find("the ascending reference curve is chosen"),
             std::string::npos);
 }
 

@@ -81,7 +81,7 @@ TEST_F(SimulateCreep, IsReportedAndQuasiStaticIgnoresTheTable) {
   write_record("in.csv", 100);
   Process with = run("in.csv", "with.csv");
   ASSERT_EQ(with.wait(), done) << with.err();
-  EXPECT_NE(with.err().find("with creep of 2.3 % per decade from 10 ms to 3 s of the model file"),
+  EXPECT_NE(with.err().find("include creep of 2.3 % per decade from 10 ms to 3 s of the model file"),
             std::string::npos)
       << with.err();
   expect_done("in.csv", "without.csv", {"--quasi-static"});
@@ -199,7 +199,8 @@ class ValidateCreep : public SimulateCreep {
 TEST_F(ValidateCreep, IsUsedAndReported) {
   Process said = validate();
   ASSERT_EQ(said.wait(), done) << said.err();
-  EXPECT_NE(said.out().find("\nwith creep of 2.3 % per decade from 10 ms to 3 s of the model file\n"),
+  EXPECT_NE(said.out().find(
+                "\nthe prediction includes creep of 2.3 % per decade from 10 ms to 3 s of the model file\n"),
             std::string::npos)
       << said.out();
   const nlohmann::json json = json_of();

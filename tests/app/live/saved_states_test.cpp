@@ -121,7 +121,7 @@ TEST(SavedStates, WarnIfTheyCannotBeRemoved) {
       std::make_shared<spdlog::logger>("", std::make_shared<spdlog::sinks::ostream_sink_st>(log)));
   states.forget(0);
   spdlog::set_default_logger(before);
-  EXPECT_NE(log.str().find("x.state.toml: cannot be removed: Directory not empty; the next start must not"),
+  EXPECT_NE(log.str().find("x.state.toml: cannot be removed: Directory not empty; do not use start_up"),
             std::string::npos)
       << log.str();
 }
