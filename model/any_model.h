@@ -21,8 +21,9 @@ namespace hystcan::model {
 /// `k_ascending` and `k_descending` are ignored.
 struct LinearMappingParameters : HysteresisParameters {};
 
-/// The parameters of every kind of model. There is no type for the average model: it is a
-/// HysteresisParameters with two equal curves.
+/// The parameters of every kind of model. The average model, which has no hysteresis (average() in
+/// model/hysteresis_parameters.h), has no type of its own: it is a HysteresisParameters whose two reference
+/// curves are equal.
 using AnyParameters = std::variant<HysteresisParameters, LinearMappingParameters, PrandtlIshlinskiiParameters,
                                    PreisachParameters>;
 using AnyModel = std::variant<Hysteresis, LinearMapping, PrandtlIshlinskii, Preisach>;

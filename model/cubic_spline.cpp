@@ -12,8 +12,9 @@ namespace {
 constexpr std::size_t most_knots = 64;
 constexpr std::size_t degree = 3;
 
-// Returns knot number i - 3. Returns the first or the last knot if this number is outside the list, so that
-// both count four times.
+// Returns element `i` of the knots with the first and the last knot repeated, so that each of these two
+// counts four times. Such a knot vector begins with three more copies of the first knot; therefore element i
+// is knot i - 3 of `knots`. An index beyond the list gives the first or the last knot.
 double clamped(std::span<const double> knots, std::size_t i) {
   return knots[std::clamp<std::size_t>(i, degree, degree + knots.size() - 1) - degree];
 }
@@ -36,8 +37,9 @@ std::array<std::array<double, degree + 1>, degree + 1> recurrence(std::span<cons
 
 BSplines on_interval(std::span<const double> knots, std::size_t j, double v) {
   const auto B = recurrence(knots, j, v);
-  // Returns the derivatives of B-splines of degree d from `lower`, the values of the B-splines of degree d -
-  // 1: each derivative is a difference of two of these values, divided by distances of knots.
+  // Returns the derivatives of the B-splines of degree d. `lower`: values of the B-splines of degree d - 1.
+  // Each derivative is d times a difference of two of these values, each divided by the width between the
+  // first and the last knot of its B-spline.
   const auto differences = [&](const std::array<double, degree + 1>& lower, std::size_t d) {
     std::array<double, degree + 1> slopes{};
     for (std::size_t i = 0; i < d; ++i) {
@@ -108,7 +110,8 @@ CubicSpline::CubicSpline(std::vector<double> knots, std::vector<double> coeffici
   cells_per_input_ = static_cast<double>(cells) / (knots_.back() - knots_.front());
   std::size_t piece = 1;
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    // The start of the cell, minus a small distance, so that a rounding error in piece() cannot skip a piece.
+    // The table `first_in_` divides the range of the knots into equal cells; piece() starts at the entry of a
+    // cell. The cell begins a little earlier here, so that a rounding error in piece() cannot skip a piece.
     const double before = knots_.front() + (static_cast<double>(cell) - 1e-6) / cells_per_input_;
     while (piece + 2 < pieces_.size() && pieces_[piece + 1].start <= before) ++piece;
     first_in_[cell] = static_cast<std::uint8_t>(piece);

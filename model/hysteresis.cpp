@@ -113,11 +113,14 @@ inline double ExponentialConvergence::slope(const Branch& branch, Direction dire
          sign(direction) * branch.coefficient * pace(direction).decay(d) * parameters_.stretch(input);
 }
 
-// Returns true if the branch increases between its start and `target`. The condition is (symbols:
-// model/hysteresis.h)
-//   sigma S < e^{k d} f_0' / h'
-// The right side is smallest at the start, at the target, or at an input in `flattest`. Only these inputs are
-// therefore checked.
+// Returns true if the branch increases between its start and `target`. The slope of the branch is
+//
+//   f_0' - sigma S e^{-k d} h'
+//
+// with the reference curve f_0, the branch's coefficient S, sigma = +1 for a rising and -1 for a falling
+// branch, the convergence rate k, the distance d from the start, and the input map h. If the slope is
+// negative anywhere, it is negative at the start, at the target, or at an input in `flattest`. Only these
+// inputs are therefore checked.
 bool ExponentialConvergence::is_increasing(const Branch& branch, Direction direction, double target) const {
   const auto rises = [&](double v) { return slope(branch, direction, v) >= -slope_tolerance_; };
   if (!rises(branch.start_input)) return false;
@@ -144,12 +147,19 @@ Branch ExponentialConvergence::virgin_branch() const {
   return {low.input, low.level, 0.0, 0.0, true};
 }
 
-// For a reversal at the present point, computes
-//   [x_s - f_below(v_s)] / phi(d),   d from v_s to v_target
+// Returns the term that a reversal at the present point adds to the coefficient of the new branch:
 //
-// In a tiny loop the distance between its two sides is lost in rounding. The code then computes it from the
-// difference of their slopes, which is exact to the square of the loop's size. The virgin curve does not pass
-// through its target L_0, so a loop between L_0 and the curve is never tiny.
+//   [x_s - f_below(v_s)] / phi(d)
+//
+//   v_s, x_s    input and output at the reversal
+//   f_below     the branch that ended at the target of the new branch
+//   d           distance from v_s to the target
+//   phi(d)      (1 - e^{-k d}) / k, with the convergence rate k
+//
+// The difference in brackets is the height of the loop. In a tiny loop it is lost in rounding. The code then
+// computes it from the difference of the slopes of the loop's two sides; the relative error is the square of
+// the loop's size. On the virgin curve a loop is never tiny, because the curve does not pass through the
+// target L_0 (lower end of the major loop).
 double ExponentialConvergence::added_coefficient(const HysteresisState& state, double offset,
                                                  double target) const {
   const std::size_t top = state.depth() - 1;
@@ -181,8 +191,8 @@ Branch ExponentialConvergence::reversed(const HysteresisState& state) const {
     branch.coefficient = below.coefficient * pace(way).decay(between(state.input, below.start_input));
   }
   branch.coefficient += added_coefficient(state, branch.offset, target);
-  // S contains a division by phi(d). S can be infinite if d, the distance to the target L_0, is a denormal
-  // number.
+  // The coefficient is infinite if its divisor, phi of the distance to the target, is a denormal number. The
+  // branch is then flagged as not increasing.
   const bool overflow = !std::isfinite(branch.coefficient);
   if (overflow) branch.coefficient = 0.0;
   branch.increasing = !overflow && is_increasing(branch, way, target);

@@ -8,7 +8,8 @@
 //   L_0 = (v_lo, f_0^D(v_lo))   lower convergence point
 //   U_n, L_n                    turning points that are still remembered
 //
-// The branches that rise from L_n and fall from U_{n+1} are (paper, eq. 4 and its mirror image)
+// The branches that rise from L_n = (v_n^L, x_n^L) and fall from U_{n+1} = (v_{n+1}^U, x_{n+1}^U), with the
+// convergence rates k_A and k_D, are (paper, eq. 4 and its mirror image)
 //
 //   f_{n+1}^A(v) = f_n^A(v) + (x_n^L - f_n^A(v_n^L)) g(v_n^U - v; v_n^U - v_n^L, k_A)
 //   f_{n+1}^D(v) = f_n^D(v) + (x_{n+1}^U - f_n^D(v_{n+1}^U)) g(v - v_n^L; v_{n+1}^U - v_n^L, k_D)
@@ -30,11 +31,12 @@
 //
 //   sigma S e^{-k d} < f_0'(v) / h'(v)
 //
-// The model checks this at the start of the branch at every reversal. That is sufficient if sigma (f_0' /
-// h')' + k f_0' >= 0; otherwise the model also checks it where that expression changes its sign, and at the
-// target. Some branches cannot increase: a falling branch that leaves the virgin curve f_0^A near or below
-// the output of its target L_0 turns upwards for every k. The model flags such a branch when it uses the
-// branch. This cannot happen after the first visit to a threshold.
+// The model checks this at the start of the branch at every reversal. That is sufficient if the term sigma
+// (f_0' / h')' + k f_0' is never negative. Otherwise the model also checks the branch at the inputs where
+// this term changes from negative to positive, and at the target. Some branches cannot increase: a falling
+// branch that leaves the virgin curve f_0^A near or below the output of its target L_0 turns upwards for
+// every k. The model flags such a branch when it uses the branch. This cannot happen after the first visit to
+// a threshold.
 #pragma once
 
 #include <cmath>
@@ -47,9 +49,12 @@
 
 namespace hystcan::model {
 
-/// The law of a branch: its output as a function of the input. Branch::offset is c, in output units.
-/// Branch::coefficient is S, in output units per unit of the input map h; in a regular loop, S is >= 0 if the
-/// branch rises, and <= 0 if it falls (symbols: top of this file).
+/// The law of a branch: its output as a function of the input,
+///
+///   f(v) = f_0(v) + c - S phi(d)        (f_0, phi, d: top of this file)
+///
+/// Branch::offset is c, in output units. Branch::coefficient is S, in output units per unit of the input map
+/// h. If a loop opens in the usual direction, S >= 0 on a rising branch, and S <= 0 on a falling branch.
 class ExponentialConvergence {
  public:
   using Parameters = HysteresisParameters;
@@ -82,12 +87,13 @@ class ExponentialConvergence {
     double curve_third = 0.0;
     double fading_third = 0.0;  // upper bound of |third derivative| of phi(d)
     // Inputs at which a branch may decrease although it increases at both ends. At these inputs, the
-    // following term changes from negative to positive (symbols: top of this file):
+    // following term changes from negative to positive, with the reference curve f_0, the input map h, and
+    // sigma = 1 for a rising and -1 for a falling branch:
     //   sigma (f_0' / h')' + k f_0'
     std::vector<double> flattest;
-    double phi(double d) const;  // returns phi(d); its error is 1e-16 / k if `steep`, else rounding
-    // Returns phi(d), always accurate to rounding. A tiny loop needs this, because the code divides by its
-    // phi(d).
+    double phi(double d) const;  // returns phi(d); absolute error 1e-16 / k if `steep`, else only rounding
+    // Returns phi(d) with an error of rounding only, also for a tiny d. The coefficient of a branch in a tiny
+    // loop is divided by phi of the loop's width, so it needs this accuracy.
     double precise_phi(double d) const;
     double decay(double d) const;  // returns e^{-k d}
   };
@@ -111,7 +117,9 @@ extern template class MemoryModel<ExponentialConvergence>;
 /// caller passes.
 ///
 /// The functions are the functions of MemoryModel, with every output mapped by the output map of a butterfly.
-/// A butterfly can reach only outputs beyond its valley: inverse() gives the input beyond the valley.
+/// The output of a butterfly falls to a valley and then rises (model/output_map.h). inverse() uses only the
+/// part beyond the valley, where the map increases. Outputs before the valley therefore count as out of
+/// reach.
 class Hysteresis : private MemoryModel<ExponentialConvergence> {
   using Levels = MemoryModel<ExponentialConvergence>;
 
@@ -126,9 +134,9 @@ class Hysteresis : private MemoryModel<ExponentialConvergence> {
   using Levels::State;
   using Levels::symmetry;
 
-  /// Throws std::invalid_argument, with the interval, if a curve does not increase, if the curves cross or do
-  /// not meet at the upper threshold, or if k exceeds the limit that keeps every branch increasing
-  /// (model/validity.h).
+  /// Throws std::invalid_argument if a curve does not increase, if the curves cross or do not meet at the
+  /// upper threshold, or if k exceeds the limit that keeps every branch increasing (model/validity.h). The
+  /// message contains the input interval of the defect.
   explicit Hysteresis(HysteresisParameters parameters);
 
   /// For studies with a k beyond the limit (Fig. 6c and d of the paper): checks the curves, but not the

@@ -28,9 +28,9 @@ bool is_even(const Model& model) {
 /// reason.
 struct Prediction {
   double value = 0.0;      ///< output; in a FoundInput, the input
-  bool saturated = false;  ///< the request was out of reach; the nearest reachable value was used
+  bool saturated = false;  ///< the argument was out of reach; the nearest reachable value was used
   bool increasing = true;  ///< false: the branch in use does not increase; its inverse is not reliable
-  bool finite = true;      ///< false: the request was not a finite number; the memory was not changed
+  bool finite = true;      ///< false: the argument was not a finite number; the memory was not changed
 };
 
 /// Result of inverse(): `value` is an input. advance() with this result usually need not evaluate the branch
@@ -39,7 +39,9 @@ struct FoundInput : Prediction {
   /// Value and derivatives of the branch at the last input that inverse() evaluated. The slope is 0 if
   /// inverse() evaluated no input.
   Expansion near{};
-  bool is_met = false;  ///< true if the expansion `near` gives the level at the found input to rounding
+  /// True if near(value) equals the wanted value of the branch to rounding. advance() then uses near(value)
+  /// and does not evaluate the branch again.
+  bool is_met = false;
 };
 
 template <class M>
@@ -61,9 +63,10 @@ concept HysteresisOperator = requires(const M& model, const typename M::State& s
 
 struct Tally {
   std::size_t rows = 0;
-  /// Number of requests out of reach, replaced by the nearest reachable value.
+  /// Number of rows whose input or output was out of reach and was replaced by the nearest reachable value.
   std::size_t saturated = 0;
-  std::size_t not_increasing = 0;  ///< number of rows on a branch that does not increase
+  /// Number of rows in which the branch in use does not increase.
+  std::size_t not_increasing = 0;
 
   void count(const Prediction& step) {
     ++rows;

@@ -18,8 +18,11 @@
 
 namespace hystcan::model {
 
-/// The law of a branch: its output as a function of the input. Branch::coefficient is b, and Branch::offset
-/// is x_s - b f_0(v_s) (symbols: top of this file).
+/// The law of a branch: its output as a function of the input,
+///
+///   f(v) = x_s + b [f_0(v) - f_0(v_s)]      (v_s, x_s): start of the branch; f_0: reference curve
+///
+/// Branch::coefficient is the factor b, and Branch::offset is x_s - b f_0(v_s).
 class AffineMap {
  public:
   using Parameters = HysteresisParameters;

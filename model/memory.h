@@ -79,15 +79,16 @@ struct Point {
 /// The whole memory of the actuator.
 ///
 /// When the memory is full, a reversal adds no branch. Instead, the path moves backwards on the innermost
-/// branch, passes its start and continues on the branch that ended there: the new turning point is merged
-/// with the innermost one. The path stays continuous and increasing; only the loop that would have opened
-/// inside the innermost one is lost. `merged` counts the steps taken in this way.
+/// branch. At the start of this branch, the path continues on the branch before the innermost one, which
+/// ended at this point. The new turning point is thus merged with the innermost one. The path stays
+/// continuous and increasing; only the loop that would have opened inside the innermost one is lost. `merged`
+/// counts the steps taken in this way.
 struct HysteresisState {
   BranchStack branches;  ///< the outermost branch first; the capacity is fixed at construction
   Origin origin = Origin::virgin;
   double input = 0.0;   ///< present input v; its magnitude |v| if symmetry is even
   double level = 0.0;   ///< present value of the branch: in a butterfly, the input of the output map
-  double output = 0.0;  ///< present output: `level` or, in a butterfly, its map
+  double output = 0.0;  ///< present output: `level`; in a butterfly, g(level) with the output map g
   std::size_t merged = 0;
   /// Value and derivatives of the branch at the input that the last inverse evaluated. The next inverse
   /// starts its search there.
@@ -101,13 +102,16 @@ struct HysteresisState {
   }
 };
 
-/// A memory as a list of turning points, outermost first, without the threshold where it began. A memory file
-/// contains the same fields. Each turning point is strictly between the two before it (the first ones between
-/// the thresholds).
+/// A memory as a list of turning points, outermost first. A memory file contains the same fields. The list
+/// does not contain the threshold point at which the outermost branch starts; `origin` contains this
+/// information. Each turning point is strictly between the two points before it. The two threshold points
+/// count as the points before the first one.
 struct TurningPoints {
   Origin origin = Origin::virgin;
   std::vector<double> inputs;  ///< inputs of the turning points
-  std::vector<double> levels;  ///< levels of the turning points; if empty, the model computes them
+  /// Levels of the turning points: values of the branch, in a butterfly before the output map. If empty, the
+  /// model computes the levels.
+  std::vector<double> levels;
   double input = 0.0;  ///< present input, between the last turning point and the target of the last branch
   std::optional<double> level;
   std::size_t merged = 0;

@@ -1,7 +1,8 @@
 // The memory-based framework (Bashash, Jalili 2006 to 2009).  When the path turns, the model remembers the
-// turning point. The new branch targets the turning point before it, and beyond the target the path aligns
-// with the branch that ended there. The Law defines the shape of a branch between its start and its target;
-// everything else is common to all laws and is in this class.
+// turning point and starts a new branch. The new branch targets the last turning point before this one. When
+// the path reaches the target, it continues on the branch that ended at the target: the path aligns with it.
+// The Law defines the shape of a branch between its start and its target; everything else is common to all
+// laws and is in this class.
 //
 // A step costs O(1), amortised: turning points are ordered in input and in level, a reversal pushes one
 // branch, and reaching a target pops two.
@@ -54,7 +55,8 @@ class MemoryError : public std::invalid_argument {
   std::size_t index;
 };
 
-/// A model whose output is the level of its branches.
+/// A model whose output is the value of its present branch at the present input. This value is called the
+/// level, because class Hysteresis maps the level of a butterfly to another output.
 ///
 /// forward() and inverse() do not change the memory; advance() does. None of these allocates, and save() does
 /// not either. A non-finite argument gives `finite = false`: forward() and inverse() return NaN; advance()
@@ -88,9 +90,10 @@ class MemoryModel {
   /// Returns the memory at a threshold point, where all earlier turning points are wiped out.
   State at_lower_threshold(std::size_t capacity = default_capacity) const;
   State at_upper_threshold(std::size_t capacity = default_capacity) const;
-  /// Returns the memory with these turning points. Saved levels are restored to the bit. Throws MemoryError
-  /// if the points are not nested, are outside the thresholds, are too many for `capacity`, or have levels
-  /// that differ from this model's (by more than 1e-9 of their range).
+  /// Returns the memory with these turning points. If `points` contains levels (values of the branches at the
+  /// turning points), they are restored to the bit. Throws MemoryError if the points are not nested, are
+  /// outside the thresholds, are too many for `capacity`, or if a level differs from the level of this model
+  /// by more than 1e-9 of the distance between the levels of the two thresholds.
   State remembering(const TurningPoints& points, std::size_t capacity = default_capacity) const;
 
   /// Returns the output that `input` would give.
@@ -101,7 +104,8 @@ class MemoryModel {
   FoundInput inverse(const State& state, double output) const;
   /// Applies `input`: remembers turning points and wipes out closed loops.
   Prediction advance(State& state, double input) const;
-  /// Applies the result of inverse() for this state, with the level that inverse() has computed.
+  /// Applies the result of inverse() for this state. If inverse() has already computed the value of the
+  /// branch at the found input, this value is used and not computed again.
   Prediction advance(State& state, const FoundInput& found) const;
 
   /// Returns the memory as a TOML table (model/memory_text.h); empty if the buffer is too small. A buffer of

@@ -23,7 +23,8 @@ struct MemoryModel<Law>::Segment {
   std::size_t kept = 0;         // number of branches that stay in the memory, without a new branch
   bool is_new = false;          // true: the path reverses, and `branch` is new
   bool backwards = false;       // true: the memory is full, and the path moves backwards on `branch`
-  // The last turning point that the path passes: the start of this branch. Null if the path passes none.
+  // On its way from the present input to the goal, the path can pass turning points. `passed` is the branch
+  // that starts at the last one; null if the path passes none.
   const Branch* passed = nullptr;
 };
 
@@ -104,7 +105,8 @@ void MemoryModel<Law>::go_to(State& state, std::size_t index, const char* what, 
   put(state, input, law_.value(state.branches.back(), state.direction(), input));
 }
 
-// Restores a saved level; throws if this model computes a different level.
+// Restores a level (value of the branch) from a memory file, exact to the bit. Throws if the level that this
+// model has computed differs by more than the tolerance.
 template <BranchLaw Law>
 void MemoryModel<Law>::restore_level(State& state, std::size_t index, double level) const {
   const double tolerance = 1e-9 * (upper_.start_level - lower_.start_level);
@@ -138,9 +140,9 @@ HysteresisState MemoryModel<Law>::remembering(const TurningPoints& points, std::
   return state;
 }
 
-// Finds the branch on which the path arrives at `to`. Searches by input (forward) or by level (inverse),
-// because the turning points are ordered in both. `to` must be strictly between the thresholds and differ
-// from `from`.
+// Finds the branch on which the path from `from` arrives at `to`. Both are inputs (for forward) or levels,
+// which are values of the branch (for inverse). The same search works for both, because the turning points
+// are ordered in both. `to` must be strictly between the thresholds and differ from `from`.
 template <BranchLaw Law>
 template <double Branch::*axis>
 typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, double from,
@@ -175,8 +177,9 @@ typename MemoryModel<Law>::Segment MemoryModel<Law>::locate(const State& state, 
   return segment;
 }
 
-// Returns true if `to` is between the present point and the target of the present branch, by input or by
-// level. Such a step adds and removes no turning point. Most steps are of this kind.
+// Returns true if `to` is between the present point and the target of the present branch. `axis` selects if
+// inputs or levels (values of the branch) are compared. Such a step adds and removes no turning point. Most
+// steps are of this kind.
 template <BranchLaw Law>
 template <double Branch::*axis>
 bool MemoryModel<Law>::stays_on_branch(const State& state, double from, double to) const {
@@ -273,13 +276,13 @@ FoundInput MemoryModel<Law>::inverse(const State& state, double output) const {
   return solve(state, segment.branch, segment.direction, segment.begin, *segment.end, output);
 }
 
-// Returns the input at which the branch has the level `level`. The input is between `begin` and the start
-// input of the branch `end`. If `level` differs from the start level of `end` only by rounding, returns the
-// start input of `end`, so that rounding alone makes no turning point.
+// Returns the input at which `branch` has the value `level`. Searches between the input `begin` and the point
+// where the branch `end` starts. If `level` differs from the level of this point only by rounding, returns
+// the input of this point, so that rounding alone makes no turning point.
 //
-// The last evaluation of an earlier inverse gives a first guess. In most steps, one evaluation at the guess
-// is sufficient. After a reversal, the guess comes from another branch and costs one more evaluation;
-// reversals are rare.
+// The first guess is computed from `state.near`, the last point that an earlier inverse evaluated. In most
+// steps, one evaluation at the guess is sufficient. After a reversal, this point is on another branch, and
+// the search needs one more evaluation; reversals are rare.
 template <BranchLaw Law>
 inline FoundInput MemoryModel<Law>::solve(const State& state, const Branch& branch, Direction direction,
                                           double begin, const Branch& end, double level) const {

@@ -91,25 +91,27 @@ class HeldCreep {
  public:
   struct State {
     OutputCreep::State creep;
-    double h = 0.0;  ///< output h of the hysteresis in the last row, output units
-    /// Time of the last row. `nullopt`: the creep has already been advanced to the time of the next row, so
-    /// that the first call of hold_until() does not advance the creep again.
+    double h = 0.0;  ///< output h of the hysteresis in the last data row, output units
+    /// Time of the last data row. `nullopt`: `creep` is already the state at the time of the next row, so
+    /// that the first call of hold_until() must not advance it.
     std::optional<double> time_s{};
   };
 
   explicit HeldCreep(OutputCreep creep, std::optional<State> start = {});
 
-  // In each row, call hold_until(), then inverse() if needed, then follow(). After the first row, none of
-  // these functions allocates.
-  /// Advances the creep to the time of this row, with the output of the hysteresis of the previous row.
-  /// `time_s` must be later than in the previous row.
+  // For each data row, call hold_until(), then inverse() if needed, then follow(). After the first row, none
+  // of these functions allocates.
+  /// Begins the data row with the time `time_s`, which must be later than the previous row. Advances the lags
+  /// of the creep to this time; in between, the hysteresis keeps its output of the previous row.
   void hold_until(double time_s);
-  /// Returns the output of the hysteresis that gives the actuator the output x in this row.
+  /// Returns the output of the hysteresis with which the actuator has the output x at the time of
+  /// hold_until().
   double inverse(double x) const;
-  /// Sets the output h of the hysteresis in this row. Returns the output of the actuator in this row.
+  /// Sets the output h of the hysteresis at the time of hold_until(). Returns the actuator's output at this
+  /// time.
   double follow(double h);
 
-  /// Returns the state after the last row; `nullopt` before the first row.
+  /// Returns the state after the last data row; `nullopt` before the first row.
   const std::optional<State>& state() const { return state_; }
   const OutputCreep& creep() const { return creep_; }
 

@@ -11,8 +11,8 @@ namespace {
 
 constexpr int scanned = 1000;  // number of grid steps in the search for the valley
 
-// Returns the m where the slope changes its sign. The slope must be below zero at `lo` and above zero at
-// `hi`.
+// Returns the magnetisation m between `lo` and `hi` at which the slope of the map is zero. The slope must be
+// below zero at `lo` and above zero at `hi`.
 double zero_of_slope(const ReferenceCurve& series, double lo, double hi) {
   for (int i = 0; i < 100; ++i) {
     const double middle = lo + (hi - lo) / 2.0;
@@ -46,7 +46,8 @@ Interval OutputMap::beyond_valley(Interval m) const {
   return {value(std::max(m.lo, valley_)), value(std::max(m.hi, valley_))};
 }
 
-// The search for m starts at the root of a parabola that is near the map.
+// Finds the root m of value(m) = `output`. The search starts at the m that a parabola would have: this
+// parabola has its lowest point at the valley of the map and equals the map at the upper end.
 Prediction OutputMap::inverse(double output) const {
   const double lo = valley_, hi = inner().hi;
   const double least = value(lo), most = value(hi);

@@ -15,19 +15,23 @@ namespace hystcan::model {
 
 class OutputMap {
  public:
-  /// Constructs g as a Chebyshev series on `inner`, the range of m. Throws std::invalid_argument if g does
-  /// not rise at its upper end, or if it has a second valley or a crest.
+  /// Constructs the map g(m) from the coefficients of its Chebyshev series. `inner`: range of the
+  /// magnetisation or polarisation m. Throws std::invalid_argument if g does not rise at its upper end, or if
+  /// g falls after it has risen.
   OutputMap(const std::vector<double>& coefficients, Interval inner);
 
   double value(double m) const { return series_.value(m); }
   double slope(double m) const { return series_.slope(m); }
-  /// Returns the m with the lowest output; the lower end of the range of m if the output only rises.
+  /// Returns the valley: the magnetisation or polarisation m with the lowest output. If the output only
+  /// rises, this is the lower end of the range of m.
   double valley() const { return valley_; }
-  /// Returns the outputs for m from `m.lo` to `m.hi`, without the part before the valley.
+  /// Returns the outputs for the interval of m (magnetisation or polarisation), without the part of the
+  /// interval before the valley, where the output falls.
   Interval beyond_valley(Interval m) const;
 
-  /// Returns the m beyond the valley with value(m) = `output`, to rounding. Saturated: the output is below
-  /// the valley or above the upper end, and the returned m is the valley or the upper end.
+  /// Returns the m (magnetisation or polarisation) with value(m) = `output`, to rounding. Of the two
+  /// solutions, returns the one beyond the valley, where the output rises. The result is saturated if the
+  /// output is below the valley or above the upper end; the returned m is then the valley or the upper end.
   Prediction inverse(double output) const;
 
   const std::vector<double>& coefficients() const { return series_.coefficients(); }

@@ -167,7 +167,8 @@ double PrandtlIshlinskii::output_at(const State& state, double input) const {
 }
 
 // Returns the input that gives `output`. Follows the output from kink to kink; a kink is the input at which
-// the next play starts to move. While the plays 1 to i move, the output has the slope W_i.
+// the next play starts to move. While the plays 1 to i move, the output has the slope w_0 + ... + w_i
+// (`slopes_[i]`: sum of the gain w_0 and the weights of these plays).
 double PrandtlIshlinskii::input_at(const State& state, double output) const {
   const double direction = output > state.output ? 1.0 : -1.0;
   double input = state.input, reached = state.output;

@@ -73,10 +73,12 @@ double EverettLaw::weight_up_to(Cell v) const {
          v.fraction * v.fraction * on_diagonal(i);
 }
 
-// Returns the weight of the relays with alpha' <= alpha and beta' <= beta. alpha divides its row of cells at
-// the fraction p of the height. beta divides its column of cells at the fraction q of the width. A cell off
-// the diagonal is a square, so that its weight is linear in p and q. The cell on the diagonal of column j is
-// a triangle: the part up to the fraction q of its width has the share q (2 - q) of its weight.
+// Returns the total weight of the relays that switch up at an input alpha' <= alpha and down at an input
+// beta' <= beta. The cells form a triangle (top of model/preisach.h): a row for each part of alpha', a column
+// for each part of beta'. The input alpha divides its row at the fraction p of the height, and the input beta
+// divides its column at the fraction q of the width. A cell off the diagonal is a square, so that its weight
+// is linear in p and q. The cell on the diagonal of column j is a triangle: the part up to the fraction q of
+// its width has the share q (2 - q) of its weight.
 double EverettLaw::left_of(Cell alpha, Cell beta) const {
   const std::size_t i = alpha.index, j = beta.index;
   const double p = alpha.fraction, q = beta.fraction;

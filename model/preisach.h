@@ -32,7 +32,9 @@ struct PreisachParameters {
   Interval input_range;
   double offset = 0.0;  ///< x_lo: output at v_lo with all relays off
   double gain = 0.0;    ///< slope of the reversible part, output units per input unit, >= 0
-  /// Weights w_00, w_10, w_11, w_20, ... of the N (N + 1) / 2 cells, output units, >= 0.
+  /// Weights w_00, w_10, w_11, w_20, ... of the cells, output units, >= 0. Cell ij: relays that switch up in
+  /// the i-th of N equal parts of the input range, and down in the j-th part, j <= i. These are N (N + 1) / 2
+  /// cells.
   std::vector<double> weights;
 };
 
@@ -42,8 +44,8 @@ class EverettLaw {
  public:
   using Parameters = PreisachParameters;
   /// Throws std::invalid_argument if the range is not lo < hi, if a number is not finite, if gain or a weight
-  /// is negative, if the number of weights is not N (N + 1) / 2, or if the output would not rise from the
-  /// lower to the upper threshold.
+  /// is negative, or if the output would not rise from the lower to the upper threshold. Also throws if the
+  /// number of weights is not N (N + 1) / 2 for a whole number N.
   explicit EverettLaw(PreisachParameters parameters);
 
   const PreisachParameters& parameters() const { return parameters_; }

@@ -97,9 +97,11 @@ ChebyshevSeries::ChebyshevSeries(std::vector<double> coefficients) : chebyshev_(
   powers_.resize((powers.size() + 3) / 4 * 4);
 }
 
-// Returns the derivative by v, a series with the coefficients c'_j, from the coefficients c_j:
+// Returns the derivative of the curve by its input v. The curve is a Chebyshev series in s with the
+// coefficients c_j; s is linear in v. The derivative is a Chebyshev series with the coefficients c'_j:
 //   c'_{j-1} = c'_{j+1} + 2 j c_j
-// After this, c'_0 is halved, and all c'_j are multiplied by ds/dv.
+// This recurrence gives twice c'_0, and the derivative by s; therefore c'_0 is halved, and all c'_j are
+// multiplied by ds/dv.
 ChebyshevSeries ChebyshevSeries::derivative(double ds_dv) const {
   const std::size_t n = chebyshev_.size();
   std::vector<double> d(n + 1, 0.0);

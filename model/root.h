@@ -31,10 +31,11 @@ struct RootStep {
   bool is_halley = false;  ///< true: Halley's step; false: Newton's step
 };
 
-/// Returns the step d from the input of the expansion towards f = `value`, with r = f - value:
+/// Returns a step d of the input towards the root of f(v) = `value`. The step starts at the input `from.at`.
+/// There, f and its derivatives f' and f'' are the value, slope and curvature of `from`:
 ///
-///   d = -2 r f' / (2 f'^2 - r f'')    Halley's step, if the curvature is small
-///   d = -r / f'                       else Newton's step
+///   d = -2 r f' / (2 f'^2 - r f''),  r = f - value     Halley's step; used if r f'' is small beside f'^2
+///   d = -r / f'                                        Newton's step; used otherwise
 inline RootStep step_to(double value, const Expansion& from) {
   const double r = from.value - value;
   const double square = from.slope * from.slope, bent = 2.0 * square - r * from.curvature;

@@ -34,7 +34,8 @@ struct Responses {
   Extended h, h_slope, s, r;
 
   Responses(Extended damping_ratio, Extended tau) {
-    // `before` and `term` are the terms j - 1 and j of the Taylor series of h.
+    // `before` and `term` are the terms with tau^{j-1} and tau^j in the Taylor series of the impulse response
+    // h.
     Extended before;
     Extended term = tau;
     for (int j = 1; term.magnitude() + before.magnitude() > 1e-22L * tau; ++j) {

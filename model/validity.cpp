@@ -11,7 +11,8 @@ namespace hystcan::model {
 namespace {
 
 constexpr std::size_t fine = 200;  // number of grid steps over the input range in a check
-// Limit for k times input range, so that the exponentials e^{-k span} and e^{k span} stay far from overflow.
+// Limits for a convergence rate k times the span of the input. At the lowest value, e^{-k d} is at most
+// e^300, far from overflow. The search for the largest valid k ends at the highest value.
 constexpr double lowest_k_span = -300.0;
 constexpr double highest_k_span = 1e5;
 
@@ -85,8 +86,8 @@ void check_increasing(const ReferenceCurve& curve, const char* name, const Units
   }
 }
 
-// Returns the rounding error of a curve at this level. It matters if the values of the curve are far from
-// zero.
+// Returns the rounding error of a curve at a point where the curve has the value `level`. If the values of a
+// curve are far from zero, this error exceeds a tolerance that is a share of the curve's span.
 double rounding_of(double level) { return 8.0 * std::numeric_limits<double>::epsilon() * std::abs(level); }
 
 void check_meeting(const HysteresisParameters& p) {
@@ -121,22 +122,24 @@ void check_output_map(const HysteresisParameters& p) {
     refuse("symmetry is even and the model has an output map, expected only one of the two");
 }
 
-// One reference curve on a grid of inputs, with the factors of its branches. The grid begins at the threshold
-// where a scan begins. The outputs in `value` rise along the grid.
+// One reference curve on a grid of inputs, with the numbers that advance a branch from one grid point to the
+// next. The grid begins at the threshold where Scan begins. The outputs in `value` rise along the grid.
 struct Grid {
   std::vector<double> input, value;
   std::vector<double> slope;  // slope of the curve, output units per unit of the input map h
-  // Factors e^{-k s} and phi(s) for the step of length s from the previous grid point.
+  // For each grid point: e^{-k s} and phi(s) = (1 - e^{-k s}) / k, with the distance s from the previous grid
+  // point and the convergence rate k.
   std::vector<double> decay, phi;
 };
 
-// The factors e^{-k d} and phi(d) of a branch at the distance d from its start. They are updated step by
-// step, so that no branch needs its own exponentials.
+// The numbers e^{-k d} and phi(d) = (1 - e^{-k d}) / k of a branch (k: convergence rate), at the distance d
+// from the start of the branch. They are updated from grid point to grid point, because a new exponential at
+// every point of every branch would be slow.
 struct Along {
   double decay = 1.0, phi = 0.0;
 
   void pass(const Grid& grid, std::size_t step) {
-    // With the distance d so far and the next step s: phi(d + s) = phi(d) + e^{-k d} phi(s).
+    // phi(d + s) = phi(d) + e^{-k d} phi(s), with the distance d before and the step s to the next point.
     phi += decay * grid.phi[step];
     decay *= grid.decay[step];
   }
@@ -184,14 +187,15 @@ class Scan {
 
   /// Calls `found` with each decreasing branch, until `found` returns true. The candidates are the branch
   /// from the threshold, the falling branch from each grid point, and the rising branches from each grid
-  /// point. Of the rising branches from one grid point, only the branch whose coefficient S exceeds its limit
-  /// most is a candidate.
+  /// point. Each rising branch has a coefficient S (model/hysteresis.h) and a limit, the largest S with which
+  /// it still increases. Of the rising branches from one grid point, only the branch with the largest S minus
+  /// limit is a candidate.
   template <class OnFound>
   void run(OnFound found) const {
     const double gap = fall_.value[0] - rise_.value[0];
-    // Factors e^{-k d} and phi(d) at each grid point, with the distance d from the threshold. `rising` is for
-    // the branch that rises from the threshold, and `fallen` for the falling branches that end at the
-    // threshold.
+    // The numbers e^{-k d} and phi(d) at each grid point, with the distance d from the threshold. `rising`
+    // belongs to the branch that rises from the threshold, and `fallen` to the falling branches that end at
+    // the threshold.
     std::vector<Along> rising(steps_ + 1), fallen(steps_ + 1);
     for (std::size_t i = 1; i <= steps_; ++i) {
       (rising[i] = rising[i - 1]).pass(rise_, i);
@@ -207,8 +211,8 @@ class Scan {
       if (const auto branch = find_on_branch(false, u, 0, falling[u]); branch && found(*branch)) return;
     }
     for (std::size_t l = 1; l < steps_; ++l) {
-      // Factors e^{-k d} and phi(d) of two branches: `up` rises from grid point l to grid point u, and `down`
-      // falls from u to l.
+      // The numbers e^{-k d} and phi(d) at the ends of two branches: `up` rises from grid point l to grid
+      // point u, and `down` falls from u to l.
       Along up, down;
       double limit = coefficient_limit(l, up), farthest = 0.0, steepest = 0.0;
       std::size_t target = 0;
@@ -235,8 +239,9 @@ class Scan {
     return std::max(rise_.slope[i] + tolerance_, 0.0) / from_its_start.decay;
   }
 
-  // Returns the true direction of a branch. In the scan from the upper threshold, both axes are reversed: a
-  // branch that rises in the scan falls in the model.
+  // Returns the direction that a branch has in the model. A scan from the upper threshold reverses the input
+  // and the output, so that the same code scans from both thresholds. A branch that rises in this scan falls
+  // in the model.
   Direction true_direction(bool rising) const { return rising ? way_ : opposite(way_); }
   double input(std::size_t i) const { return rise_.input[i]; }
 
@@ -284,8 +289,9 @@ HysteresisParameters with_both_k_times(HysteresisParameters parameters, double f
   return parameters;
 }
 
-// Searches for the limit of the valid values between `good` (valid) and `bad`. Returns a valid value close to
-// the limit. It differs enough from the limit to stay valid when written with six digits.
+// Searches between `good` and `bad` for the limit up to which `make(value)` is a model without a decreasing
+// branch. make(good) must be such a model. Returns `bad` if make(bad) is such a model too. Otherwise returns
+// a value before the limit, at such a distance that it stays valid when written with six digits.
 template <class Make>
 double last_good(Make make, double good, double bad) {
   if (!find_decreasing_branch(make(bad))) return bad;

@@ -5,10 +5,17 @@
 //
 //   f(v) = f_0(v) + c - S phi(d),    increasing if  sigma S e^{-k d} < f_0'(v) / h'(v)
 //
-// (symbols: model/hysteresis.h). At a reversal, a large convergence rate k makes the coefficient S large. The
-// branch then first moves in the wrong direction (paper, text under Fig. 6). The largest valid k depends on
-// the width of the loop and the slope of the reference curves: for wide loops, approximately k * width <
-// slope. docs/theory/monotonicity.md contains the proof.
+//   f_0     reference curve of the branch's direction
+//   c, S    constants of the branch; S: strength of the convergence to the surrounding loop
+//   k       convergence rate, phi(d) = (1 - e^{-k d}) / k
+//   d       distance from the start of the branch
+//   sigma   +1 for a rising branch, -1 for a falling branch
+//   h       input map, h(v) = v without a map
+//
+// At a reversal, a large k makes S large. The branch then first moves in the wrong direction (text under Fig.
+// 6 of the paper by Bashash et al. 2009). The largest valid k depends on the width of the loop and the slope
+// of the reference curves: for wide loops, approximately k * width < slope. docs/theory/monotonicity.md
+// contains the proof.
 //
 // The check scans these branches over their whole length, on a grid of 200 steps over the input range:
 //
@@ -18,9 +25,10 @@
 //   - the branches that rise from a point of the branch from U_0, and the branches that fall again from
 //     these.
 //
-// The last two groups overlap: in 20 000 random third-order models, each group alone refused the same models.
-// The scan does not include branches that leave the virgin curve (model/hysteresis.h), and it does not
-// include deeper loops. The model therefore also checks every reversal at run time.
+// The last two groups overlap: in a trial with 20 000 random models whose curves are cubic polynomials, each
+// of the two groups alone refused the same models. The scan does not include branches that leave the virgin
+// curve (model/hysteresis.h), and it does not include deeper loops. The model therefore also checks every
+// reversal at run time.
 #pragma once
 
 #include <cstddef>
@@ -56,8 +64,8 @@ struct DecreasingBranch {
   double start = 0.0;   ///< input at the start of the branch
   double target = 0.0;  ///< input at the target of the branch
   Interval wrong;       ///< inputs between which the branch decreases
-  /// Lowest slope of the branch, negative. Its unit is output units per unit of the input map
-  /// (model/hysteresis.h).
+  /// Lowest slope of the branch, negative, in output units per unit of the model's input map; without an
+  /// input map, in output units per input unit.
   double slope = 0.0;
   double input = 0.0;  ///< input at which the slope is lowest
 };
@@ -83,9 +91,9 @@ class BranchError : public std::invalid_argument {
 /// Scans the branches as described at the top of this file. Throws BranchError if a branch does not increase.
 void check_branches(const HysteresisParameters& parameters);
 
-/// Returns the interval of k for this direction in which every scanned branch increases. The k of the other
-/// direction keeps its value. The interval contains the present k; if the present k is not valid, it contains
-/// 0. Returns `nullopt` if 0 is not valid either.
+/// Returns the interval of the convergence rate k of this direction in which every scanned branch increases.
+/// The k of the other direction keeps its value. The interval contains the present k; if the present k is not
+/// valid, it contains 0. Returns `nullopt` if 0 is not valid either.
 ///
 /// The search is limited to -300 and 1e5 per input range. Each end of the interval is moved inwards from the
 /// limit of valid k by a hundred-thousandth of its value, so that it stays valid when written with six
