@@ -77,7 +77,8 @@ struct RunError : PlacedError {
 };
 
 /// Runs `body`. If `body` throws std::invalid_argument, throws an Error with the same text at `place`. `body`
-/// must not read or write files.
+/// must not read or write files, because a std::invalid_argument about a file would then be reported at the
+/// wrong place.
 template <class Body>
 auto at_place(const Place& place, const Body& body) {
   try {

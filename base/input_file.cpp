@@ -52,7 +52,8 @@ class DescriptorBuffer : public std::streambuf {
   int_type underflow() override {
     if (gptr() != egptr()) return traits_type::to_int_type(*gptr());
     pollfd input{.fd = descriptor_.get(), .events = POLLIN, .revents = 0};
-    // A signal interrupts poll(), even if the system restarts an interrupted read().
+    // Waits in poll() for data, so that Ctrl-C ends the wait: a signal always interrupts poll(), but the
+    // system may restart read() after a signal.
     if (::poll(&input, 1, -1) < 0) fail();
     const ssize_t received = ::read(descriptor_.get(), data_.data(), data_.size());
     if (received < 0) fail();

@@ -18,7 +18,9 @@
 namespace hystcan {
 namespace {
 
-/// Maximum time that the end of the program waits for a reader of the log that does not read.
+/// Maximum time that flush_() waits for the next line to be written, and the destructor of LogSink for the
+/// end of the thread. They could wait forever, because the program that reads the log may have stopped
+/// reading.
 constexpr auto reader_timeout = std::chrono::milliseconds(500);
 /// Period in which the thread checks if the program ends while it waits for the reader of the log.
 constexpr auto write_slice = std::chrono::milliseconds(50);
