@@ -31,9 +31,15 @@ Complex path_of(const LoopConfig& loop, const Complex& notch, double theta, int 
          std::polar(1.0, -2.0 * std::numbers::pi * frequency_Hz * delay_s);
 }
 
-/// Returns the weights of the feed-forward V that minimise the weighted integral of |1 - P_0 V|^2 + sum_m
-/// |P_m V|^2 (symbols: feed_forward_design.h). They solve the normal equations with two conditions: the sum
-/// of the weights is 1, and the weighted mean of their times is the mean delay of the plant.
+/// Returns the weights of the feed-forward, which minimise the integral over theta of
+///
+///   W(theta) [|1 - P_0 V|^2 + sum_m |P_m V|^2],   m = -6 .. 6 without 0
+///
+///   V     response of the feed-forward        P_0   response from the setpoints to the position
+///   W     weight of the frequency theta       P_m   the same at the m-th alias of theta
+///
+/// The weights solve the normal equations with two conditions: their sum is 1, and the times at which they
+/// take the reference have the plant's mean delay as their weighted mean.
 Weights feed_forward_weights(const LoopConfig& loop, const LinearLoop& linear) {
   const double ahead = chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s / loop.cycle_s;
   Eigen::Matrix<double, weights + 2, weights + 2> normal =
@@ -71,12 +77,13 @@ unsigned whole_periods(double cycles_per_period) {
   return 0;
 }
 
-/// Sums over the aliases of one frequency. R: harmonic of the reference, P: response from the setpoints to
-/// the position.
+/// Three sums over all harmonics of the position that one frequency of the setpoints affects: the frequency
+/// itself and its aliases. R: harmonic of the reference; P: response from the setpoints to the position. The
+/// smallest error of these harmonics has the mean square `reference` - |`reached`|^2 / `gain`.
 struct AliasSums {
-  double reference = 0.0;              ///< sum of |R|^2; R: harmonic of the reference
-  std::complex<double> reached = 0.0;  ///< sum of conj(P) R; P: response to setpoints, R: reference harmonic
-  double gain = 0.0;                   ///< sum of |P|^2; P: response to the setpoints
+  double reference = 0.0;              ///< sum of |R|^2 over these harmonics (R: reference)
+  std::complex<double> reached = 0.0;  ///< sum of conj(P) R over these harmonics (P: response, R: reference)
+  double gain = 0.0;                   ///< sum of |P|^2 over these harmonics (P: response)
 };
 
 }  // namespace

@@ -18,9 +18,10 @@ constexpr int half_grid = 768;  ///< number of frequency steps from 0 to pi (hal
 constexpr std::size_t most_taps = 97;
 constexpr double regularisation = 0.02;
 
-/// An error is multiplied by a factor in each period. Returns the largest factor with which an error still
-/// counts as learnt soon. At the default learning rate, such an error falls to a tenth within 20 periods.
-/// With a lower learning rate, the returned factor is larger.
+/// In each period, learning multiplies the error at a frequency by a factor. Returns the upper limit of this
+/// factor in the band that LearningDesign::highest_Hz reports. At the default learning rate, an error with
+/// the returned factor falls to a tenth within 20 periods. With a lower learning rate, the returned factor is
+/// larger.
 double soon(double rate) { return 1.0 - 0.109 * rate / Learning::Config{}.rate; }
 
 /// Tolerance in cycles: a number of cycles that is this close to a whole number counts as whole.
@@ -32,8 +33,8 @@ constexpr double settling_periods = 1.5;
 
 double theta_of(int i, int half) { return half_turn * i / half; }
 
-/// Returns the number of whole cycles by which the correction is ahead in the feed-forward: the mean delay
-/// from a command to the sample that shows its effect.
+/// Returns by how many whole cycles the feed-forward must use a learnt correction early, so that the
+/// correction acts on the right sample: the mean delay from a command to the sample that shows its effect.
 double ahead_cycles(const LoopConfig& loop) {
   return std::max(
       0.0, std::round((chain_moments(loop.delays, loop.notch, loop.cycle_s).mean_s + loop.delays.sensor_s()) /
@@ -142,8 +143,8 @@ bool converges(const std::vector<LearningResponse>& responses, const Learning::C
   return design.largest_growth <= 1.0 - 0.5 * forget;
 }
 
-/// Lowers the corner of the filter's low pass until no error grows. Returns false if errors still grow with
-/// the lowest corner.
+/// Lowers the corner of the learning filter's low pass until the filter converges: no error grows from period
+/// to period, at any frequency and resonance. Returns false if errors still grow with the lowest corner.
 bool finds_filter(const std::vector<LearningResponse>& responses, const Learning::Config& config,
                   double cycle_s, LearningDesign& design) {
   const Eigen::ArrayXcd inverse = inverse_of(responses);
@@ -155,9 +156,10 @@ bool finds_filter(const std::vector<LearningResponse>& responses, const Learning
   return false;
 }
 
-/// Selects how many periods are learnt together, at most ten: the smallest number of periods that lasts a
-/// whole number of cycles. If there is none, selects the number of periods whose duration is nearest to a
-/// whole number of cycles. `cycles`: cycles of one period.
+/// Selects how many periods form one block, at most ten. Learning has one correction for each cycle of the
+/// block, so the block must last a whole number of cycles: selects the smallest number of periods with this
+/// property. If there is none, selects the number of periods whose duration is nearest to a whole number of
+/// cycles. `cycles`: cycles of one period.
 void set_phases(LearningDesign& design, double cycles) {
   constexpr unsigned most_periods = 10;
   design.slip_cycles = 1.0;
@@ -170,10 +172,11 @@ void set_phases(LearningDesign& design, double cycles) {
   }
 }
 
-/// Returns the number of cycles whose errors are judged together; 0 if design.periods periods are a whole
-/// number of cycles. Otherwise a corner of the reference is on a sample in one period and between two samples
-/// in another, which changes the error. The returned number is large enough for a corner to move from one
-/// sample to the next. It is limited to the cycles of 10 * design.periods periods.
+/// Returns over how many cycles Learning computes one RMS error, to decide if the error has grown.
+/// design.periods periods form a block. Returns 0 (over one block) if a block is a whole number of cycles.
+/// Otherwise a turning point of the reference moves relative to the samples from block to block, and the
+/// error changes with it. The returned number is large enough for a turning point to move from one sample to
+/// the next. It is limited to the cycles of 10 blocks.
 std::size_t judged_cycles(const LearningDesign& design, double cycles) {
   constexpr double most_periods = 10.0;
   if (design.slip_cycles < near_enough) return 0;
@@ -211,8 +214,9 @@ LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const
            " or more: the first ", design.periods, " settle");
   const std::vector<LearningResponse> responses = learning_responses(loop, config.resonance_percent);
   const unsigned together = design.periods;
-  // The filter has at most as many taps as the phases, so a short period has a short filter. With several
-  // periods together the filter is longer, but learns more slowly.
+  // A block is one period or several, and a phase is a cycle of the block. The filter may have at most as
+  // many taps as the block has phases, so a short block has a short filter. If no filter converges, the block
+  // becomes longer: it contains more periods and allows a longer filter, but learns more slowly.
   do {
     design.plan.phases = static_cast<std::size_t>(std::lround(design.periods * cycles));
     design.plan.period_s = design.periods * *period;

@@ -4,7 +4,8 @@
 // loop responds to the correction with T:
 //
 //   T = P (z^m + PI F) / (1 + L)
-//   T = L / (1 + L)  without feed-forward (pi),     T = P z^m  without PI (average, inverse)
+//   T = L / (1 + L)    without feed-forward: structure `pi` of the control law
+//   T = P z^m          without PI: structures `average` and `inverse`
 //
 //   P, PI, F, L    plant with notch, PI, low pass and open loop (linear_loop.h)
 //   z, m           z: shift by one cycle; m: time that the feed-forward looks ahead, in whole cycles
@@ -36,7 +37,8 @@ namespace hystcan::controller {
 
 struct LearningDesign {
   Learning::Plan plan;
-  /// Number of periods that are learnt together, because together they are nearly a whole number of cycles.
+  /// Number of periods that form one block. Learning has one correction for each cycle of the block. One
+  /// period may not be a whole number of cycles, but the block nearly is.
   unsigned periods = 1;
   /// Difference between `periods` periods and a whole number of cycles. Because of this difference,
   /// corrections are interpolated between cycles.
@@ -62,8 +64,10 @@ inline constexpr double longest_period_cycles = 20'000.0;
 /// cycles or more than longest_period_cycles, if the segment has too few periods, or if no filter converges.
 LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const Learning::Config& config);
 
-/// If the axis learns, designs Learning::Config::ahead_cycles, and the plan of each segment that repeats.
-/// Throws std::invalid_argument if no segment repeats, or if design_learning() throws.
+/// If the axis learns, completes its Learning::Config: sets `ahead_cycles`, by which the feed-forward uses a
+/// correction early, and designs the learning filter in `plans` for each segment that repeats. Returns the
+/// design of each segment; `nullopt` for the others. Throws std::invalid_argument if no segment repeats, or
+/// if design_learning() throws.
 std::vector<std::optional<LearningDesign>> plan_learning(AxisConfig& axis, double rate_Hz);
 
 }  // namespace hystcan::controller

@@ -1,4 +1,5 @@
-// The linear model of the closed loop: its plant, its frequency response in the samples, and its margins.
+// The linear model of the closed loop: its plant, its frequency response, and its margins. It is a
+// discrete-time model: each signal has one value per cycle.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,8 +13,8 @@
 
 namespace hystcan::controller {
 
-// The linear plant in the samples: from the setpoints of the drive to the samples of the position, once per
-// cycle.
+// The linear plant in discrete time: from the setpoints of the drive to the samples of the position, one
+// value per cycle.
 //
 // With the inverse of the hysteresis, the actuator is linear with gain 1 (docs/theory/identification.md). The
 // rest of the plant is a chain of links with gain 1 at rest: amplifier and sensor (first order), mode (second
@@ -31,16 +32,18 @@ namespace hystcan::controller {
 //   z, w      shift by one cycle forward, w = 1 / z
 //   j, tau    delay in cycles, rounded up, j = ceil(d / T); time from d to j cycles, tau = j T - d
 //   c_i       coefficient of pole i in the step response 1 + sum_i c_i e^{p_i t}
-//   E_i       sum over all later cycles of pole i, E_i = e^{p_i tau} / (1 - e^{p_i T} w)
+//   E_i       decay of pole i, summed over all later cycles n = 0, 1, 2, ...:
+//             E_i = sum_n e^{p_i (tau + n T)} w^n = e^{p_i tau} / (1 - e^{p_i T} w)
 
 /// Returns the plant as a recursion from cycle to cycle, without a notch. `longer_s` is added to the pure
-/// delays. Throws std::invalid_argument if a parameter is not finite or out of range. With the cycle T, the
-/// delay d of j cycles or less, and tau = j T - d, the members of the result are:
+/// delays. Throws std::invalid_argument if a parameter is not finite or out of range. The result contains:
 ///
-///   share      c_i e^{p_i tau} held,  c_i e^{p_i tau} / (p_i T) interpolated; one for each pole p_i
-///   constant   (tau - sum c_i / p_i) / T
+///   delay_cycles   j, the sum d of the pure delays in cycles T, rounded up: j = ceil(d / T)
+///   share          c_i e^{p_i tau} held,  c_i e^{p_i tau} / (p_i T) interpolated; one for each pole p_i
+///   constant       (tau - sum c_i / p_i) / T, used if the drive is interpolated
 ///
-/// c_i is the coefficient of the pole p_i in the step response of the plant.
+/// tau = j T - d is the time from the end of the delay to the next cycle. c_i is the coefficient of the pole
+/// p_i in the step response of the plant.
 PlantRecursion::Config held_plant(const Delays& delays, double cycle_s, double longer_s = 0.0);
 
 /// Returns the response of the plant at the frequency f, with theta = 2 pi f T. T is the cycle, so theta is
@@ -57,7 +60,8 @@ std::complex<double> response_of(const PlantRecursion::Config& held_plant, doubl
 /// mode.
 std::complex<double> response_between_samples(const Delays& delays, double cycle_s, double frequency_Hz);
 
-// The closed loop in the samples. The commands tune, check, ctl and reload all judge a loop by this model.
+// The closed loop in discrete time, one value per cycle. The commands tune, check, ctl and reload all judge a
+// loop by this model.
 //
 //   L(z) = PI(z) F(z) P(z),   P(z) = N(z) G(z),   z = e^{i theta},  0 < theta <= pi
 //
@@ -120,7 +124,7 @@ class LinearLoop {
 
 // The margins of a loop: its distance from instability, and its speed.
 //
-// Nyquist's criterion in the samples decides if the loop is stable. The plant has no pole outside the unit
+// Nyquist's criterion for discrete time decides if the loop is stable. The plant has no pole outside the unit
 // circle. Therefore the loop is stable exactly if 1 + L does not wind around zero on 0 < theta <= pi. L is
 // the response of the open loop, theta the frequency (pi at half the rate).
 
@@ -144,7 +148,8 @@ Eigen::ArrayXd frequencies_for(const LoopConfig& config, double density = 1.0);
 struct Responses {
   Eigen::ArrayXcd integral, proportional;
 };
-/// Returns the two parts of the open loop at the frequencies that margins_of() uses.
+/// Returns the response of the open loop as its integral and its proportional part, without the gains kp and
+/// ki, at the frequencies that margins_of() uses.
 Responses responses_of(const LinearLoop& loop);
 
 /// Returns the margins of the loop with these gains. Throws std::invalid_argument if a gain is negative or

@@ -14,7 +14,8 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// Number of frequencies in a coarse and in an exact search, as a share of the number in margins_of().
+/// Number of frequencies at which a loop is evaluated, as a share of the number in margins_of(): in the
+/// coarse search for a low pass or a notch, and in the exact search for the gains.
 constexpr double search_density = 0.15, exact_density = 0.6;
 
 /// Largest ratio kp / (ki T) of the gains that is tried; T: cycle.
@@ -25,8 +26,8 @@ double rounded_down(double value) {
   if (value <= 0.0) return 0.0;
   const double digits = 2.0 - std::floor(std::log10(value));
   const double down = std::floor(value * std::pow(10.0, digits) * (1.0 + 1e-12));
-  // 10 is exact as a double, but 0.1 is not. Therefore 46 / 10 is the double nearest to 4.6, and 46 * 0.1 is
-  // not.
+  // Shifts the decimal point of `down` by a positive power of 10, because 10 is exact as a double, but 0.1 is
+  // not. For example, 46 / 10 is the double nearest to 4.6, but 46 * 0.1 is not.
   return digits < 0.0 ? down * std::pow(10.0, -digits) : down / std::pow(10.0, digits);
 }
 
@@ -184,8 +185,9 @@ void require(const CautiousRule& rule) {
 /// Returns the resonance frequencies, in Hz, of the plants that corners_of() returns.
 std::vector<double> resonances_of(const model::Interval& resonance_Hz, double cycle_s) {
   constexpr int fewest = 5;
-  // Maximum step between two resonances, and a resonance that is too high to have an effect. Both are
-  // multiples of the rate.
+  // `share_of_rate`: maximum difference of two neighbouring resonances in the result, if a resonance can be
+  // above half the rate. `without_mode`: a resonance so high that the plant behaves as if it had no mode.
+  // Both are multiples of the rate.
   constexpr double share_of_rate = 0.02, without_mode = 1e3;
   const double rate_Hz = 1.0 / cycle_s, half_Hz = 0.5 * rate_Hz;
   const bool has_end = std::isfinite(resonance_Hz.hi);
@@ -268,8 +270,9 @@ PiGains largest_gains(const LoopConfig& config, const PlantUncertainty& uncertai
     const double ki_per_cycle = largest_factor(of.integral + ratio * of.proportional, rule);
     if (ki_per_cycle > best.ki_per_cycle) best = {ratio, ki_per_cycle};
   }
-  // A mode above half the rate appears at an alias, where its phase rises. So a corner may be worse than the
-  // plant of `config`.
+  // A mode above half the rate appears in the samples at an alias. There, the phase of L rises with the
+  // frequency instead of falling, so the loop at a corner may allow only lower gains than the loop of
+  // `config`.
   const bool folds = uncertainty.resonance_Hz.hi * config.cycle_s > 0.5;
   if (folds)
     for (const LinearLoop& corner : corners_of(config, uncertainty)) {

@@ -37,7 +37,7 @@
 namespace hystcan::controller {
 
 /// The uncertainty of the plant, as intervals of its parameters. A corner is a combination of interval ends.
-/// The plant in the middle is in LoopConfig.
+/// The nominal plant, without this uncertainty, is in LoopConfig.
 struct PlantUncertainty {
   /// Frequency of the mode. The upper end is infinite if no record has shown the mode.
   model::Interval resonance_Hz;
