@@ -21,9 +21,9 @@ class AmplifierLink : public RemoteNode {
                 can::Duration heartbeat_timeout, const can::Database& database, SharedFrames& frames);
 
   Heartbeat on_heartbeat(const can::Frame& frame, can::Time now);
-  /// Decodes the status in a frame that statuses() has accepted. Returns true if the status is a
-  /// periodic status, which has to keep its slot: the status reports the same state as the last status, and
-  /// this state is not `off`.
+  /// Decodes the status in a frame that statuses() has accepted. Returns true if the status is periodic: it
+  /// reports the same state as the last status, and this state is not `off`. The node must send a periodic
+  /// status in its own slot. It may send a status with a new state at any time.
   bool on_status(const can::Frame& frame, can::Time now);
   void on_bus_loss(can::BusState state);
   /// Puts the command of this cycle into its frame. `nullopt`: the amplifier is not operational. Returns
@@ -54,7 +54,8 @@ class AmplifierLink : public RemoteNode {
   std::optional<can::Layout<can::AmpStatus>> layout_;
   ReceivedFrame* statuses_ = nullptr;
   bool reports_output_ = false;  ///< True if the status contains the output.
-  /// True if the status reports a fault only by its fault flags, because no value of its state means a fault.
+  /// True if only the fault flags of the status can report a fault: the status has no `state`, or no value of
+  /// `state` is configured as a fault.
   bool flags_report_fault_ = false;
   /// The status that is assumed until the first status arrives, or always if the amplifier sends no status.
   can::AmpStatus status_at_first_;
@@ -65,7 +66,8 @@ class AmplifierLink : public RemoteNode {
   /// True while the amplifier is enabled or ramps down: its output may then differ from the output in
   /// `status_`.
   bool moves_ = false;
-  // True if this event has occurred since the last step of the axis, even if it was brief:
+  // Each of the following four is true if its event (a fault, a state other than enabled, bus-off, interface
+  // down) has occurred since the last step of the axis, even if the event was brief.
   bool fault_seen_ = false;
   bool not_enabled_seen_ = false;
   bool bus_off_seen_ = false;

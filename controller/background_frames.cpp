@@ -32,10 +32,10 @@ void BackgroundFrames::start(can::Bus& bus, can::Time now) {
   bus.send(can::heartbeat_frame(node_, can::NmtState::boot_up));
 }
 
-/// With slots, sends only a frame of the start-up. Without slots, axis statuses and frames of the start-up
-/// are sent alternately. If a heartbeat is due and an axis waits for its nodes, a frame of the start-up is
-/// sent before a status. A status is sent before the heartbeat, which is the least urgent frame. A scan
-/// marker is the most urgent frame: it replaces a status.
+/// With slots, sends only a frame of the start-up; begin_cycle() sends the other frames. Without slots, sends
+/// a scan marker if one is due; otherwise statuses and frames of the start-up take turns. In a cycle in which
+/// a heartbeat is due and an axis waits for its nodes, it is the turn of the start-up. A due heartbeat is
+/// sent in addition, after a marker or a status whose turn it is, because the heartbeat is less urgent.
 void BackgroundFrames::send_next(can::Bus& bus, can::Time sync_sent, can::Time now, double time_s) {
   is_done_ = true;
   if (slots_ != 0) {

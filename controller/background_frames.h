@@ -56,7 +56,8 @@ class BackgroundFrames {
   std::size_t node_count() const { return 2 * axes_.size(); }
   RemoteNode& node_at(std::size_t place) { return *axes_[place / 2]->nodes()[place % 2]; }
   bool some_axis_waits() const;
-  /// Calls `visit` for each axis that has the node with this id, with the axis's own RemoteNode for the node.
+  /// Calls `visit` for each axis that uses the node with this id. Axes can share a node; each of them has its
+  /// own RemoteNode object for it, which is passed to `visit`.
   void for_each_with(std::uint8_t number, auto visit) const;
 
   std::uint8_t node_;
@@ -65,8 +66,9 @@ class BackgroundFrames {
   WiredAxes& axes_;
   can::Time next_heartbeat_{};
   bool is_done_ = true;
-  std::size_t next_status_ = 0;     ///< Index of the axis whose status is tried next.
-  bool sent_status_ = false;        ///< True if a status or a marker was sent in the last cycle.
+  std::size_t next_status_ = 0;  ///< Index of the axis that may send its next status; they take turns.
+  /// True if a status or a scan marker was sent in the last cycle. The start-up then has its turn.
+  bool sent_status_ = false;
   std::size_t next_to_set_up_ = 0;  ///< Index of the node that is set up next; the nodes take turns.
   /// Index of the node that gets the next NMT command. Each node gets at most one per heartbeat period. The
   /// value node_count() means that all nodes have had their turn in this period.

@@ -45,7 +45,8 @@ class BlackBox {
            UtcNow utc_now = std::chrono::system_clock::now);
 
   void add(const CycleRecord& record);
-  /// Writes the files that still wait for cycles after a fault. Called when no more records follow.
+  /// Writes the file of each fault for which fewer than `cycles_after` later cycles have been recorded so
+  /// far. Called when no more records follow.
   void finish();
   /// Requests a file of every axis, which is written with the next record. May be called from any thread.
   void request() { requested_ = true; }

@@ -61,10 +61,10 @@ class CommandFrame {
   /// the frame contains the safe drive. Returns false if the drive is outside the range of its signal; the
   /// frame then contains the safe drive too.
   bool put(std::size_t place, const std::optional<AxisCommand>& command, std::uint8_t sync_counter);
-  /// Called after every axis has put its command. Sends the frame, unless no axis has a command. A safe frame
-  /// is not sent while another safe frame is still in the queue of the interface; after a hundred unsent
-  /// frames, the queued frame counts as lost. Returns true if this frame replaces a waiting frame, which is
-  /// then never sent.
+  /// Called after every axis has put its command. Sends the frame, unless no axis has put a command that may
+  /// be sent. A safe frame enables no amplifier and clears no fault. It is not sent while another safe frame
+  /// is still in the queue of the interface; after a hundred safe frames that were not sent, the one in the
+  /// queue counts as lost. Returns true if this frame replaces a waiting frame, which is then never sent.
   bool send(can::Bus& bus);
   /// Queues the waiting frame if the echo shows that the frame before it has left the interface. Called for
   /// the echo of each of our frames. `last_sync`: counter of the last SYNC that was queued.
@@ -103,7 +103,9 @@ class CommandFrame {
   std::optional<Composed> queued_;  ///< frame on its way to the wire, if echoes are reported
   std::optional<Composed> waiting_;
   bool is_late_ = false;
-  unsigned held_back_ = 0;  ///< number of safe frames held back since the last frame that was sent
+  /// Number of safe frames (`is_safe`) since the last sent frame that were not sent, because another safe
+  /// frame was still in the queue of the interface.
+  unsigned held_back_ = 0;
 };
 
 }  // namespace hystcan::controller

@@ -64,10 +64,11 @@ class ArmingBlocks {
 static_assert(arming_block_count <= 16,
               "the bits of ArmingBlocks must suffice for all values of ArmingBlock");
 
-/// Returns the conditions up to the enumerator `sample` that are not met: for each node only the first one,
-/// because the later conditions depend on it. For an amplifier that is ready, returns both amplifier_output
-/// and amplifier_rest if both are not met. The output may be outside the gate's range by 1 % of this range,
-/// because its measurement has an error.
+/// Returns the conditions of sensor and amplifier that are not met; these are the enumerators of ArmingBlock
+/// from `sensor_heartbeat` to `sample`. For each of the two nodes, returns only the first condition that is
+/// not met, because the later conditions depend on it. If the amplifier is ready, returns both
+/// amplifier_output and amplifier_rest if both are not met. The output may be outside the gate's range by 1 %
+/// of this range, because its measurement has an error.
 ArmingBlocks arming_blocks_of(const AxisInput& input, const Gate::Config& gate);
 
 /// Tries to clear the amplifier's fault for half a second, starting when the amplifier is operational. If the

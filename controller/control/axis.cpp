@@ -278,7 +278,8 @@ AxisCommand Axis::track(const AxisInput& input) {
 }
 
 AxisCommand Axis::park(const AxisInput& input) {
-  // While the amplifier's relay is open, the stage is not driven, so a ramp is not necessary.
+  // In StartUp::State::following, the amplifier is not enabled yet: its relay is open, and the stage is not
+  // driven. The drive may therefore become the safe drive at once, without a ramp.
   const bool is_open = state_ == AxisState::initialising && start_up_.state() == StartUp::State::following;
   bool is_safe = is_open || !controller::is_in_use(state_);
   if (!is_safe) {
