@@ -118,8 +118,8 @@ extern template class MemoryModel<ExponentialConvergence>;
 ///
 /// The functions are the functions of MemoryModel, with every output mapped by the output map of a butterfly.
 /// The output of a butterfly falls to a valley and then rises (model/output_map.h). inverse() uses only the
-/// part beyond the valley, where the map increases. Outputs before the valley therefore count as out of
-/// reach.
+/// part beyond the valley, where the map increases. An output that only the part before the valley has counts
+/// as out of reach.
 class Hysteresis : private MemoryModel<ExponentialConvergence> {
   using Levels = MemoryModel<ExponentialConvergence>;
 
@@ -136,7 +136,7 @@ class Hysteresis : private MemoryModel<ExponentialConvergence> {
 
   /// Throws std::invalid_argument if a curve does not increase, if the curves cross or do not meet at the
   /// upper threshold, or if k exceeds the limit that keeps every branch increasing (model/validity.h). The
-  /// message contains the input interval of the defect.
+  /// message contains the defect and its place.
   explicit Hysteresis(HysteresisParameters parameters);
 
   /// For studies with a k beyond the limit (Fig. 6c and d of the paper): checks the curves, but not the

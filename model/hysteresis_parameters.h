@@ -49,7 +49,7 @@ struct HysteresisParameters {
   /// magnetisation or polarisation; in other models, the output itself.
   double output(double level) const { return output_map ? output_map->value(level) : level; }
   /// Returns the interval of outputs for the levels from `low` to `high`. In a butterfly, the output falls to
-  /// a valley and then rises as the level increases. The outputs before the valley are left out, because the
+  /// a valley and then rises as the level increases. The levels before the valley are left out, because the
   /// inverse never uses them.
   Interval outputs(double low, double high) const {
     return output_map ? output_map->beyond_valley({low, high}) : Interval{low, high};

@@ -11,8 +11,8 @@ namespace {
 
 constexpr int scanned = 1000;  // number of grid steps in the search for the valley
 
-// Returns the magnetisation m between `lo` and `hi` at which the slope of the map is zero. The slope must be
-// below zero at `lo` and above zero at `hi`.
+// Returns the magnetisation or polarisation m between `lo` and `hi` at which the slope of the output map is
+// zero. The slope must be below zero at `lo` and above zero at `hi`.
 double zero_of_slope(const ReferenceCurve& series, double lo, double hi) {
   for (int i = 0; i < 100; ++i) {
     const double middle = lo + (hi - lo) / 2.0;

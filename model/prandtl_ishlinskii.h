@@ -85,9 +85,9 @@ class PrandtlIshlinskii {
   /// Returns the state with every play centred: y_i = input. Throws std::invalid_argument if `input` is
   /// outside the range.
   State virgin(double input) const;
-  /// Restores a saved state. Throws std::invalid_argument, with the index of the play, if the state cannot
-  /// belong to this model: a different number of plays, a number that is not finite, an input outside the
-  /// range, or a play y_i that is too far from the play before it:
+  /// Restores a saved state. Throws std::invalid_argument if the state cannot belong to this model: a
+  /// different number of plays, a number that is not finite, an input outside the range, or a play y_i that
+  /// is too far from the play before it (the message contains the index i):
   ///   |y_i - y_{i-1}| > r_i - r_{i-1}      r_i: thresholds, r_0 = 0; y_0: input; tolerance: rounding
   /// This also refuses every play that is further than its threshold r_i from the input.
   State restore(double input, std::span<const double> plays) const;
