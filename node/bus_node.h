@@ -49,14 +49,17 @@ class BusNode {
           const can::Attach& attach, const std::optional<can::Filter>& obeys = {});
 
   can::Bus& line() { return *bus_; }
-  /// Processes a received NMT command, SDO request, or heartbeat with the number of this node.
+  /// Processes a received frame: an NMT command, an SDO request to this node, or a heartbeat. A heartbeat
+  /// with the number of this node means that another node has the same number. This node then becomes silent.
   void handle(const can::Frame& frame);
-  /// Call at each SYNC, with its counter. If nodes have slots and this cycle is a slot of the node, sends a
-  /// waiting heartbeat. Returns true if the node may send a regular status now.
+  /// Call at each SYNC, with its counter. Returns true if the node may send a regular status in this cycle.
+  /// With `background_slots`, a node may send heartbeats and regular statuses only in certain cycles, its
+  /// slots. In a slot, this function sends the heartbeat if it is due. If the slot is used for that, it
+  /// returns false.
   bool take_slot(std::uint8_t sync_counter);
   bool has_slot() const { return slots_ != 0; }
-  /// Called after each change of the NMT state. At a boot-up after a reset of the node, the SDO objects are
-  /// already empty.
+  /// Called after each change of the NMT state. Before the call for a boot-up after the NMT command `reset
+  /// node`, all values that were written by SDO are deleted.
   virtual void on_nmt(can::NmtState state) = 0;
   can::NmtCommand last_reset() const { return nmt_.last_reset(); }
 

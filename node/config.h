@@ -47,9 +47,12 @@ struct SampleClock {
 /// Settings that all nodes of one computer share.
 struct CommonConfig {
   can::Duration heartbeat_period{};
-  can::Duration cycle = std::chrono::milliseconds(1);  ///< SYNC period; decides which commands are too old
-  unsigned background_slots = 0;                       ///< number of cycles in a round of slots for
-                                                       ///< heartbeats and statuses; 0: no slots
+  /// SYNC period. The amplifier ignores a command with Enable or ClearFault if the SYNC whose counter is in
+  /// the command arrived more than two periods ago.
+  can::Duration cycle = std::chrono::milliseconds(1);
+  /// Number of cycles from one slot of a node to its next slot. A node sends heartbeats and regular statuses
+  /// only in its slots. 0: there are no slots, and nodes send at any time.
+  unsigned background_slots = 0;
 };
 
 }  // namespace hystcan::node

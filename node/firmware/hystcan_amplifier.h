@@ -41,7 +41,9 @@ struct hystcan_amplifier_config {
   const struct hystcan_message* command;
   const struct hystcan_amplifier_axis_config* axes;
   uint8_t axis_count;
-  uint32_t cycle;  ///< SYNC period of the controller; decides which commands are too old
+  /// SYNC period of the controller. A command with Enable or ClearFault is ignored if the SYNC whose counter
+  /// is in the command arrived more than two periods ago.
+  uint32_t cycle;
   /// Sets the output of an axis to the setpoint. Called at each SYNC. The device may interpolate until the
   /// next SYNC.
   void (*write)(void* context, unsigned axis, int32_t setpoint);
@@ -52,8 +54,9 @@ struct hystcan_amplifier_config {
   /// tripped), performs the watchdog action of the device instead.
   void (*leave)(void* context, unsigned axis, bool tripped);
   /// Moves the output of an axis during a soft start along a straight line to the setpoint. Called at each
-  /// SYNC. `elapsed` / soft_start is the part of the line that the output must have passed. If `elapsed` is
-  /// 0, the line begins at the present output. NULL if there is no soft start.
+  /// SYNC. `elapsed`: time since the soft start began. At this time, the output must have passed the share
+  /// `elapsed` / `soft_start` of the line (`soft_start`: configured duration of the soft start). If `elapsed`
+  /// is 0, the line begins at the present output. NULL if there is no soft start.
   void (*approach)(void* context, unsigned axis, int32_t setpoint, uint32_t elapsed);
   /// Measures the output of an axis.
   int32_t (*output)(void* context, unsigned axis);
@@ -67,7 +70,8 @@ struct hystcan_amplifier_axis {
                                 ///< HYSTCAN_RELAY_CLOSES; start of the soft start, if `enabling`
                                 ///< is HYSTCAN_STARTS_SOFTLY
   int32_t setpoint;             ///< last commanded setpoint; the output gets it at the next SYNC
-  uint32_t sent_counter;        ///< counter of the next status; axes that share a status use the first axis
+  uint32_t sent_counter;        ///< counter of the next status message; if several axes share the message,
+                                ///< only the `sent_counter` of the first of them is used
   uint16_t syncs_since_status;
   uint8_t state;     ///< state of the amplifier, an enum hystcan_amplifier_state
   uint8_t fault;     ///< bits of the faults that are latched

@@ -59,7 +59,8 @@ struct hystcan_message {
   uint8_t polynomial;            ///< kind of the CRC, an enum hystcan_crc
   uint8_t data_id;               ///< kind of the bytes that the CRC covers before the payload, an enum
                                  ///< hystcan_data_id
-  uint16_t number;               ///< the two bytes before the payload if `data_id` is HYSTCAN_NUMBER
+  uint16_t number;               ///< two bytes that the CRC covers in addition to the payload if `data_id` is
+                                 ///< HYSTCAN_NUMBER; they are not sent
 };
 
 /// Returns the bits of a signal as a number; 0 if the message has no such signal.

@@ -47,7 +47,8 @@ struct hystcan_object {
 
 struct hystcan_node_config {
   uint8_t number;  ///< node id, 1..127
-  uint8_t slots;   ///< number of cycles in a round of slots; 0: no slots
+  uint8_t slots;   ///< number of cycles from one slot of the node to its next slot; the node sends
+                   ///< heartbeats and regular statuses only in its slots; 0: it sends them at any time
   uint8_t capacity;
   struct hystcan_object* objects;  ///< array with space for `capacity` objects
   uint32_t heartbeat_period;
@@ -98,17 +99,20 @@ enum hystcan_change {
 /// that caused the boot-up; the function returns this value.
 enum hystcan_change hystcan_node_boot_up(const struct hystcan_node_config* config, struct hystcan_node* node,
                                          enum hystcan_change reset, hystcan_time now);
-/// Processes a received NMT command, SDO request, or heartbeat with the number of this node. Returns the
-/// effect on the NMT state.
+/// Processes a received frame: an NMT command, an SDO request to this node, or a heartbeat. A heartbeat with
+/// the number of this node means that another node has the same number. This node then becomes silent.
+/// Returns the effect on the NMT state.
 enum hystcan_change hystcan_node_handle(const struct hystcan_node_config* config, struct hystcan_node* node,
                                         const struct hystcan_frame* frame, hystcan_time now);
 /// Returns true before the node is started, and if another node on the bus has the same number.
 bool hystcan_node_is_silent(const struct hystcan_node* node);
-/// Sends the heartbeat if it is due. If nodes have slots, the heartbeat waits for the slot of this node. If
-/// the last heartbeat period had no slot, the heartbeat does not wait.
+/// Sends the heartbeat if it is due. If nodes have slots (cycles in which a node may send heartbeats and
+/// regular statuses), the heartbeat waits for the next slot of this node. If the node had no slot for a
+/// heartbeat period, for example without SYNC, it sends the heartbeat immediately.
 void hystcan_node_beat(const struct hystcan_node_config* config, struct hystcan_node* node, hystcan_time now);
-/// Call at each SYNC. If this cycle is a slot of the node, sends a waiting heartbeat. Returns true if the
-/// node may send a regular status now.
+/// Call at each SYNC. Returns true if the node may send a regular status in this cycle. If nodes have slots,
+/// a node may send heartbeats and regular statuses only in certain cycles, its slots. In a slot, this
+/// function sends the heartbeat if one waits. If the slot is used for that, it returns false.
 bool hystcan_node_take_slot(const struct hystcan_node_config* config, struct hystcan_node* node,
                             hystcan_time now);
 hystcan_time hystcan_node_due(const struct hystcan_node* node);
