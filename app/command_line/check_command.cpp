@@ -28,8 +28,9 @@
 namespace hystcan::app {
 namespace {
 
-/// Prints the valid ranges of the model parameters k_ascending and k_descending. In its range, with the other
-/// parameter unchanged, every branch of the hysteresis model increases. `of` is the name of the model.
+/// Prints the present value and the valid range of the model parameters k_ascending and k_descending, one
+/// line for each. A range is valid while the other parameter keeps its value. For each value in the range,
+/// every branch of the hysteresis model increases. `of` is the name of the model.
 void print_limits(const std::string& of, const model::HysteresisParameters& p) {
   using Limit = std::tuple<const char*, model::Direction, double, const char*>;
   for (const auto& [name, direction, k, other] :
@@ -110,8 +111,8 @@ std::string start_up_text(const config::AxisConfig& axis) {
       thresholds.hi, unit, thresholds.lo, unit);
 }
 
-/// Checks a configuration. Prints its effective values and what follows from them, for example bus load and
-/// reach. Moves nothing and opens no interface.
+/// Checks a configuration. Prints its effective values and the results that follow from them, for example the
+/// bus load and the positions that each axis can reach. Moves nothing and opens no interface.
 int check(const std::filesystem::path& file) {
   if (config::is_model_file(file)) return check_model(file);
   const config::Config config = config::load(file);
@@ -168,8 +169,8 @@ constexpr std::array wirings{
     WiringName{config::Wiring::fd_slots, "fd_slots", "the same with own slots"},
 };
 
-/// The highest possible cycle rate, and the bus plan at this rate. If no rate is possible, the rate is 0 and
-/// the plan is for 1 Hz.
+/// The highest possible cycle rate of a wiring, and the timing of the bus at this rate. If even 1 Hz is too
+/// fast for the bus, rate_Hz is 0, and `plan` is the timing at 1 Hz.
 struct Limit {
   double rate_Hz;
   config::BusPlan plan;
@@ -237,7 +238,8 @@ struct CheckArguments {
 
 int run_check(const CheckArguments& options) {
   if (!options.rates) return check(options.file);
-  // Loads the file without checks, because --rates replaces its rate, which may be too high for its bus.
+  // For --rates, loads the configuration without checks. The checks would reject a rate_Hz that is too high
+  // for the bus, but --rates does not use rate_Hz: it computes the highest rate.
   const config::Config config =
       config::load_as_written(options.file.empty() ? shipped_file("piezo.toml") : options.file);
   if (options.json)

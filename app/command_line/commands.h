@@ -13,7 +13,8 @@ class ParseError;
 
 namespace hystcan::app {
 
-/// Adds all subcommands, with the examples of their --help.
+/// Adds all subcommands to `cli`, with the examples of their --help. The subcommand that runs stores its exit
+/// status in `status`.
 void add_commands(CLI::App& cli, int& status);
 /// Returns the message for an invalid command line. It is one line that begins with the command, such as
 /// `hystcan identify: --order: 0, expected auto or 1 to 20`. For an unknown command or option, the message

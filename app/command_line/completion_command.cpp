@@ -17,9 +17,10 @@
 namespace hystcan::app {
 namespace {
 
-/// Shell tables by name. "commands" maps each command to its subcommands, "options" maps each command to its
-/// options, "values" maps each option to its possible values. These are words, or `@interface` for the names
-/// of the CAN interfaces, or `@file` for file names. A flag has no values.
+/// Shell tables by name. The table "commands" maps each command to its subcommands. The table "options" maps
+/// each command to its options. The table "values" maps each option to its possible values: a list of words,
+/// `@interface` for the names of the CAN interfaces, or `@file` for file names. It is empty for an option
+/// without value (a flag).
 using Tables = std::map<std::string, std::string>;
 
 std::string words_taken(const CLI::Option& option) {
@@ -101,7 +102,8 @@ std::string script(const CLI::App& root, const std::string& shell) {
   const bool is_bash = shell == "bash";
   std::string text = is_bash ? "# bash completion of hystcan, made by `hystcan completion bash`\n"
                              : "#compdef hystcan\n# made by `hystcan completion zsh`\n";
-  // Removes the quotes for zsh, which would treat quotes around a key as a part of the key.
+  // Writes 'KEY' 'VALUE' for zsh instead of ['KEY']='VALUE', because zsh would treat the quotes in ['KEY'] as
+  // a part of the key.
   for (const auto& [name, rows] : tables) {
     std::string table = rows;
     if (!is_bash) {

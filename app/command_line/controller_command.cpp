@@ -115,8 +115,8 @@ bool all_axes(const controller::Controller& controller, auto predicate) {
 }
 
 /// Returns true if the run can end because every axis has ended. An axis has ended if its reference is
-/// finished, or if the axis is faulted or offline. If `had_their_time` is true, an axis that still waits to
-/// start is ignored, but at least one axis must have ended.
+/// finished, or if the axis is faulted or offline. `had_their_time`: the time limit for the start of the axes
+/// is over. An axis that still waits to start is then ignored, but at least one axis must have ended.
 bool nothing_left_to_do(const controller::Controller& controller, bool had_their_time) {
   const auto has_ended = [](const controller::Axis& axis) {
     return axis.report().point.finished || axis.state() == AxisState::faulted ||
@@ -209,9 +209,9 @@ bool is_done(const controller::Controller& controller, const ControllerArguments
          (options.once && nothing_left_to_do(controller, run_s > start_timeout_s));
 }
 
-/// Runs until every axis is at its safe drive. Returns true if an axis was enabled when the run was told to
-/// end. After this function, the process has 30 s to write its files, because a disk may not respond. It
-/// is then ended (ExitLimit).
+/// Runs the controller until every axis is at its safe drive. Returns true if at least one axis was enabled
+/// when the end of the run was requested. After this function, the process still writes its files. If this
+/// takes longer than 30 s, for example because a disk does not respond, the process is ended (ExitLimit).
 bool run_to_the_end(LiveLoop& loop, controller::Controller& controller, ControlService& control,
                     CycleRecorder& recorder, const ControllerArguments& options, double start_timeout_s) {
   const ExitLimit limit(std::chrono::seconds(30));

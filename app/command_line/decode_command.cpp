@@ -28,11 +28,11 @@ struct DecodeArguments {
   bool json = false;
 };
 
-/// Computes the mean frame rate of a log from the intervals between the time stamps. If a time stamp is
-/// earlier than its predecessor B, one of two corrections is made. If it is not earlier than the time stamp
-/// before B, then B is treated as wrong, and the interval from the time stamp before B counts. Otherwise the
-/// clock was set back, and no interval counts. A gap that is longer than both a second and a thousand mean
-/// intervals does not count.
+/// Computes the mean frame rate of a log from the intervals between the time stamps of successive frames. If
+/// the time stamp C of a frame is earlier than the time stamp B of the previous frame, the time stamp A
+/// before B decides. If C is not earlier than A, then B is treated as wrong, and the interval from A to C
+/// counts. If C is earlier than A, the clock was set back, and no interval counts. An interval that is longer
+/// than both a second and a thousand mean intervals is a gap in the log and does not count.
 class LogRate {
  public:
   void add(std::chrono::microseconds time) {
@@ -61,14 +61,14 @@ class LogRate {
   }
 
   std::optional<std::chrono::microseconds> last_;
-  std::chrono::microseconds before_{};  ///< second newest time stamp
-  Span span_{0}, taken_{0};             ///< span_: sum of the counted intervals in s; taken_: the part of
-                                        ///< span_ from the newest interval, 0 if that interval is a gap
+  std::chrono::microseconds before_{};  ///< time stamp of the frame before the last frame
+  Span span_{0}, taken_{0};             ///< span_: sum of the intervals between frames that count, in s;
+                                        ///< taken_: last interval in this sum, 0 if it was too long to count
   std::uint64_t intervals_ = 0;
 };
 
-/// Decodes a log. With `at_once`, each frame is printed as soon as it arrives, for input from a pipe
-/// (`candump -L can0 | hystcan decode - --dbc FILE`).
+/// Decodes a log. `at_once`: prints each frame as soon as it arrives, because the input may be a pipe
+/// (`candump -L can0 | hystcan decode - --dbc FILE`). If `at_once` is false, the output is buffered.
 void decode(std::istream& stream, const std::string& name, const DecodeArguments& options, bool at_once,
             FrameText& text, DecodeFindings& findings) {
   can::CandumpReader reader(stream, name);

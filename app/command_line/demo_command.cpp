@@ -72,8 +72,9 @@ Column run_column(const rehearsal::Setup& setup, controller::Structure structure
   }
 }
 
-/// Returns the two structures to compare: the open loop (`average`) and the configured one. If the configured
-/// structure is `average`, the second one is `inverse+pi`.
+/// Returns the two controller structures that the demo compares. The first is `average`, which has no
+/// feedback (open loop). The second is the configured structure, or `inverse+pi` if the configured structure
+/// is `average`.
 std::vector<controller::Structure> open_and_closed_loop(const config::Config& config) {
   using enum controller::Structure;
   const controller::Structure configured = config.axes.front().control.law.structure;
@@ -166,8 +167,9 @@ void print_table(const config::Config& config, const std::vector<Column>& column
   for (const Promise& promise : promises) print("{}\n", text_of(promise));
 }
 
-/// Prints by which factor feedback lowers the true RMS error: the first column is the open loop, the last
-/// column is the closed loop.
+/// Prints how many times smaller the RMS of the true error is in the last column, the configured controller
+/// structure, than in the first column, the open loop (`average`). The true error is the error of the
+/// simulated stage, without sensor errors.
 void print_gain(const std::vector<Column>& columns) {
   const Column &open = columns.front(), &closed = columns.back();
   if (!open.failure.empty() || !closed.failure.empty()) return;
@@ -234,7 +236,8 @@ int run_demo(const DemoArguments& options) {
   const double rate_Hz = config.controller.rate_Hz;
   const double begin_s = tracking_s + axis.control.setpoint.front().transition_s;
   std::vector<std::string> names, files;
-  // With --all, `inverse` is not drawn, because its curve would hide the other curves.
+  // With --all, the structure `inverse` is not drawn, because its curve would cover the curves of the other
+  // structures.
   for (const controller::Structure structure : structures)
     if (structure != controller::Structure::inverse || !options.all) {
       names.emplace_back(to_string(structure));

@@ -29,8 +29,8 @@ namespace hystcan::app {
 namespace {
 
 constexpr auto pace = std::chrono::milliseconds(5);
-/// Maximum time that the rehearsal simulates after each `pace`. If the machine is busy for longer than this
-/// time, the rehearsal becomes slower than real time.
+/// Maximum time that the rehearsal simulates in one step. Between two steps the thread sleeps for the time
+/// `pace`. If the machine is busy for longer than this maximum, the rehearsal becomes slower than real time.
 constexpr auto longest_catch_up = std::chrono::milliseconds(100);
 
 class TemporaryFolder {
@@ -64,7 +64,8 @@ std::filesystem::path copy_of(const std::filesystem::path& shipped, const Tempor
 /// control sockets of both.
 class PacedRehearsal {
  public:
-  /// `files`: the file cache that was filled when `config` was loaded. `folder`: place of the sockets.
+  /// `files`: cache of the files that were read when `config` was loaded, so that unchanged files are not
+  /// read again. `folder`: folder in which the sockets of controller and twin are created.
   PacedRehearsal(const std::filesystem::path& file, const config::Config& config, config::ReadFiles files,
                  const TemporaryFolder& folder)
       : outlets_(config, runs::describe(config, config::settings(config.file), "demo"), bus_log_sink()),

@@ -155,8 +155,9 @@ Excitation::Config chosen_excitation(const ExciteArguments& options, const confi
   return with_margin(config, twin, stated);
 }
 
-/// Prints the commands for two further records: one at another rate, which separates delay from hysteresis,
-/// and one that validates the model. A single record of loops allows neither.
+/// Prints the commands for two further records of loops. In the first one the loops are slower, because loops
+/// at a single rate cannot separate delay from hysteresis. The second one validates the model, because a
+/// model must be validated with a record from which it was not identified.
 void propose_further(const ExciteArguments& options, const config::Config& config) {
   if (options.signal != "hysteresis" || options.period_s || options.slew_per_s || options.levels) return;
   const double period_s = loop_period_s(options, config);
@@ -215,7 +216,7 @@ int run_excite(const ExciteArguments& options) {
   const config::Config loaded = config::load_unmeasured(options.run.config);
   refuse_to_overwrite_inputs(options.output, options.run.config, loaded);
   refuse_to_replace(options.output, options.overwrite);
-  // Opened before the axis moves, so that an unwritable file stops the command early.
+  // Opens the output file before the axis moves, so that an unwritable file stops the command early.
   auto file = std::make_unique<OutputFile>(options.output);
   const config::Config chosen = chosen_axis_of(loaded, options.run);
   const twin::Config twin = twin_config(loaded);

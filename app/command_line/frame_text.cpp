@@ -53,8 +53,9 @@ std::string shortcoming(const can::Frame& frame, const Message& message) {
 
 constexpr std::size_t classical_bytes = 8;
 
-// SAE J1939-21: the parameter group of the frames that announce a long message, and the control bytes of the
-// two kinds of announcement.
+// SAE J1939-21 sends a message that is longer than a frame in several frames. A frame of the parameter group
+// `connection_management` announces such a message. The first byte of this frame (control byte) is
+// `request_to_send` for a message to one node, or `broadcast_announce` for a message to all nodes.
 constexpr std::uint32_t connection_management = 0xEC00;
 constexpr std::uint8_t request_to_send = 16;
 constexpr std::uint8_t broadcast_announce = 32;

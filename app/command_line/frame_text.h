@@ -81,10 +81,10 @@ std::string raw_text(const can::DecodedSignal& signal);
 /// Finds the parts of a log that decoding omits, and reports each one once per message.
 ///
 /// Each frame is decoded alone. The decoder therefore omits
-///   - signals that cannot be decoded, for example a float of unusual length,
 ///   - the end of a message that is longer than a frame,
-///   - a message that J1939 announces (connection management, PGN 0xEC00: request to send, or broadcast)
-///     and sends in frames of its transport protocol: none of it is decoded.
+///   - every signal of a message that J1939 sends in several frames of its transport protocol. A frame of PGN
+///     0xEC00 (connection management: request to send, or broadcast) announces such a message.
+/// It also omits signals that it cannot decode, for example a float of unusual length.
 class DecodeFindings {
  public:
   /// `database` must outlive this object.

@@ -46,8 +46,9 @@ struct IdentifyArguments {
   std::filesystem::path initial_memory;
   std::filesystem::path report;
   DatasetInput input;
-  identification::IdentifyOptions identify_options;  ///< complete except for the options that are stored as
-                                                     ///< text below
+  /// Does not contain `model`, `symmetry` and `thresholds`, which are words of the command line.
+  /// identify_options_of() adds these three options.
+  identification::IdentifyOptions identify_options;
   ModelWords model;
   bool dynamics = false;
   std::string symmetry = "auto";

@@ -65,7 +65,8 @@ void warn_of_stroke(const node::WiredAnalogueAxis& axis, const node::VoltageRang
     spdlog::warn("{}: {}; choose a larger range of position_input", axis.wire.name, warning);
 }
 
-/// Reads the values of an axis for --read. Writes nothing to the card.
+/// Reads the position of an axis and, if it is wired, the monitor output of the amplifier from the card, for
+/// `hystcan node --read`. Writes nothing to the card.
 class Readings {
  public:
   Readings(const node::WiredAnalogueAxis& axis, node::Cards& cards) : axis_(axis) {
@@ -163,8 +164,9 @@ std::unique_ptr<node::Guard> tried_guard(const node::AllDevices& devices, node::
   return guard;
 }
 
-/// Moves each simulated stage once before the controller starts, because the first motion takes milliseconds.
-/// On a real card this writes only the safe drives, which the guard's trial has already written.
+/// Moves each simulated stage once before the controller starts. The first motion of a simulated stage takes
+/// milliseconds of computing time, so that the controller would miss cycles. On a real card this writes only
+/// the safe drives, which the guard's trial has already written.
 void move_once(const node::AllDevices& devices, can::Time now) {
   for (const auto& one : devices) {
     one->output.make_safe();
@@ -172,7 +174,8 @@ void move_once(const node::AllDevices& devices, can::Time now) {
   }
 }
 
-/// Sends the guard a sign of life from the event loop, four times as often as the guard requires.
+/// Calls Guard::beat() from the event loop, four times in each time `patience`. The guard is a second
+/// process. If this process hangs, the guard gets no beat, and writes the safe drives after `patience`.
 class GuardBeat {
  public:
   GuardBeat(node::Guard& guard, node::Guard::Duration patience, can::Scheduler& scheduler)
@@ -199,8 +202,9 @@ class GuardBeat {
   std::unique_ptr<can::Timer> timer_;
 };
 
-/// Makes this process real-time, but does not use the CPUs of [controller.realtime], which are for the
-/// control thread. Keeps the priority of the control thread if the kernel refuses a higher one.
+/// Applies [controller.realtime] to this process (`hystcan node`), except for `cpus`, because those CPUs are
+/// for the control thread. Then sets the priority to node_priority(), one above the control thread. If the
+/// kernel refuses this priority, the process keeps the priority of the control thread.
 void become_realtime_beside(const config::Config& config) {
   if (!config.controller.realtime) return;
   config::Config elsewhere = config;

@@ -67,7 +67,8 @@ class BoundedQueue {
   bool abandoned_ = false;
 };
 
-/// Does the same as run_pipeline(), but in the calling thread only.
+/// Calls read, compute and write for one block after the other, in the calling thread, until read returns
+/// false. run_pipeline() uses this function if the system cannot create a thread.
 template <class Block, class Read, class Compute, class Write>
 void run_in_sequence(Read& read, Compute& compute, Write& write) {
   for (Block block; read(block);) {

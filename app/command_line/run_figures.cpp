@@ -111,8 +111,9 @@ class Gatherer {
     const auto value = [&](std::size_t column) {
       return column < columns.size() ? columns[column][i] : nothing;
     };
-    // The reference also changes in the transition to a segment and in the segment's first row. These changes
-    // are not steps, so such rows do not count in the search for a step.
+    // A step is a jump of the reference within a segment. In the transition to a segment, where shape_time_s
+    // is 0, and in the first row of a segment, the reference can jump for another reason. Such rows do not
+    // count in the search for a step.
     const bool is_between =
         value(shape_time_) == 0.0 || std::exchange(in_segment_, value(segment_)) != value(segment_);
     add(row, value(missing_) == 1.0, is_between);
@@ -189,8 +190,8 @@ TableRow row_of(const RunFigures& run) {
   return row;
 }
 
-/// Escapes the text for LaTeX. A leading [ or * is protected, because LaTeX would take it as an argument of
-/// the \\ in the line above.
+/// Escapes the text for a cell of a LaTeX table. Inserts {} before a leading [ or *, because LaTeX would take
+/// this character as an argument of the \\ that ends the previous row.
 std::string latex_text(std::string_view text) {
   return (text.starts_with('[') || text.starts_with('*') ? "{}" : "") +
          with_replaced(text, {{'\\', "\\textbackslash{}"},

@@ -18,7 +18,8 @@ namespace hystcan::app {
 
 /// The values of one cycle in a plot.
 struct PlotRow {
-  /// `drive` is the drive that caused this position. It was recorded `drive_delay_s` earlier.
+  /// `drive` is the drive that caused this position. The drive was recorded `drive_delay_s` before the
+  /// position.
   double time_s, reference_um, position_um, error_um, drive;
 };
 

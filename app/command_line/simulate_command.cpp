@@ -59,8 +59,9 @@ void require_later_rows(const SimulateArguments& options, std::optional<double> 
   }
 }
 
-/// Simulates the input file in constant memory and writes the rows to `out`. Returns three numbers: all rows,
-/// the rows whose value the model cannot reach, and the rows on a branch that does not increase.
+/// Simulates the input file in constant memory and writes the rows to `out`. Returns the number of all rows,
+/// of the rows whose requested value was replaced by the nearest value that the model can reach, and of the
+/// rows in which the model is on a branch that does not increase.
 model::Tally run(const SimulateArguments& options, const config::Actuator& actuator,
                  config::ActuatorMemory& memory, RowOutput& out) {
   const std::unique_ptr<RowInput> rows = open_rows(options.input, options.inverse ? "output" : "input");
@@ -138,7 +139,8 @@ int simulate(const SimulateArguments& options) {
     for (const auto& input : {options.model, options.input}) refuse_to_overwrite(output, input);
   refuse_to_overwrite(options.output, options.memory);
   refuse_to_replace(options.output, options.overwrite);
-  // The memory may be saved to the file from which it was read. A missing file is not an error.
+  // If --save-memory and --memory name the same file, --overwrite is not necessary: the memory is read from
+  // this file and then saved to it. equivalent() fails if a file is missing; the files are then not the same.
   std::error_code ignored;
   if (!std::filesystem::equivalent(options.save_memory, options.memory, ignored))
     refuse_to_replace(options.save_memory, options.overwrite);

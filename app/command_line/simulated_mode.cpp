@@ -24,8 +24,9 @@ void SimulatedMode::move(SampleBlock& block) {
     block.output[i] = next(block.time_s[i], block.output[i]);
 }
 
-// Returns the position of the next row. `at_rest`: the position that the stage would reach at rest. At
-// the first row the stage is at rest. The time between the first two rows is used as the cycle time.
+// Returns the position of the stage in the next row. `at_rest`: output of hysteresis and creep in this row,
+// the position at which the stage would come to rest. In the first row the stage is at rest. The time between
+// the first two rows is used as the cycle time.
 double SimulatedMode::next(double time_s, double at_rest) {
   if (row_ == 0) {
     first_ = at_rest;

@@ -13,15 +13,16 @@
 
 namespace hystcan::app {
 
-/// Computes the positions of a stage whose model file has the table [dynamics]. The rows must have a constant
-/// rate.
+/// Computes the position of a stage for each row of `hystcan simulate --dynamics`. The model file of the
+/// stage must have the table [dynamics]. The time between two rows must be constant.
 class SimulatedMode {
  public:
   /// Throws Error if the model `file` has no [dynamics]. `input`: name of the input file, for error messages.
   SimulatedMode(const config::Actuator& actuator, const std::filesystem::path& file,
                 std::filesystem::path input);
 
-  /// Replaces the column `output` of the block, the position at rest, by the position of the moving stage.
+  /// Replaces the values in the column `output` of the block. Before the call they are the output of
+  /// hysteresis and creep; after the call they are the position of the stage, with its resonance and delay.
   void move(SampleBlock& block);
 
  private:

@@ -13,8 +13,8 @@ namespace hystcan::app {
 /// Formats the value with four decimals; "-" if it is NaN.
 std::string four_decimals(double value);
 
-/// Returns a line with the counters, a line about the recording if there is one, and a line for each axis.
-/// Lines may be wider than the terminal.
+/// Returns a line with the cycle counters (cycles, missed cycles, missing and late samples), a line about the
+/// recording if there is one, and a line for each axis. Lines may be wider than the terminal.
 std::vector<std::string> status_lines(const StatusAnswer& status);
 
 /// Returns status_lines() with additional lines for a screen: the timing, the last event of a node, and the

@@ -64,8 +64,9 @@ CautiousRule cautious_rule(const TuneArguments& options) {
   return rule;
 }
 
-/// Returns the steps of the experiment, with the amplitude of the options. If they give none, the default
-/// amplitude is used; it is reduced if the twin gets close to a limit.
+/// Returns the steps of the experiment. Their amplitude is the option --amplitude. Without this option, the
+/// default amplitude is halved until the steps keep a margin from the limits of the stage in a rehearsal with
+/// the twin.
 Excitation::Steps chosen_steps(const TuneArguments& options, const config::Config& config,
                                const twin::Config& twin) {
   const Excitation::Steps stated = steps(options, config.axes[0].control.gate);
@@ -115,8 +116,8 @@ Measured measured_before(const TuneArguments& options, const config::Config& con
   input.axis = report.axis;
   input.input_unit = report.drive_unit;
   input.layout = options.layout;
-  // `true` accepts a record with drop-outs or glitches and prints a warning. This is safe, because no limit
-  // of the stage is derived from this record.
+  // The argument `true` accepts a record with drop-outs or glitches and prints a warning. This is safe here,
+  // because no limit of the stage, such as its position limits, is computed from a step record.
   load(records, input, true);
   report.record = options.record.filename().string();
   return {*records.step, *shown_plant(records, config.axes[0].control.delays)};

@@ -118,7 +118,8 @@ int run_twin(const TwinArguments& options) {
   };
   const auto stopping = loop.scheduler().make_timer(end);
   TwinCommandHandler handler(twin, loop.scheduler(), [&] {
-    // The twin ends 20 ms later, so that the answer to the client is sent first.
+    // The twin ends 20 ms after the command `stop` was executed, so that the client receives the answer
+    // before the socket is closed.
     stopping->expire_at(loop.scheduler().now() + std::chrono::milliseconds(20));
   });
   std::optional<ControlSocket> socket;

@@ -52,7 +52,9 @@ ValidationOptions validation_options_of(const ValidateArguments& options, const 
   if (!options.quasi_static)
     validation_options.crept = config::load_creep_memory(options.memory, model::OutputCreep(lag.creep),
                                                          validation_options.memory->output);
-  // Removes the time that the memory file contains, because the times of the dataset begin at its first row.
+  // Removes the time in the saved state of the creep. The times of the dataset have another origin, so their
+  // difference to the saved time has no meaning. The creep continues from the saved state in the first row of
+  // the dataset.
   if (validation_options.crept) validation_options.crept->time_s.reset();
   return validation_options;
 }
