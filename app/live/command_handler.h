@@ -15,7 +15,8 @@ namespace hystcan::app {
 /// exactly once per command, unless the client disconnects first.
 struct Answer {
   std::function<void(nlohmann::json)> send;
-  const void* client = nullptr;  ///< client that sent the command, for CommandHandler::forget(); may be null
+  const void* client = nullptr;  ///< client that sent the command; null: no client. When a client
+                                 ///< disconnects, CommandHandler::forget() drops its commands
   void operator()(nlohmann::json result) const { send(std::move(result)); }
 };
 
@@ -41,7 +42,8 @@ class CommandHandler {
   const Server server;
 
  private:
-  /// Executes a valid command. If the arguments are invalid, throws and changes nothing.
+  /// Executes a command. Only the name of the command was checked before (`verb`). If an argument is invalid,
+  /// throws and changes nothing.
   virtual void carry_out(Verb verb, const nlohmann::json& command, const Answer& answer) = 0;
 };
 

@@ -311,8 +311,8 @@ void visit(V& v, TwinStatusAnswer& a) {
   v.member("faults", a.faults, {"", "each active fault"});
 }
 
-/// Calls `use` with a default-constructed answer struct of this kind, so that `use` gets its type. Does
-/// nothing for `none`.
+/// Calls `use` with an empty answer struct of the type that `reply` selects. A generic `use` reads only the
+/// type of its argument. Does nothing for Reply::none.
 template <class Use>
 void with_answer(Reply reply, Use use) {
   if (reply == Reply::done) use(DoneAnswer{});

@@ -45,8 +45,8 @@ enum class Server : std::uint8_t { controller, twin };
 enum class Access : std::uint8_t { reads, ends, writes };
 constexpr auto words(Access) { return std::to_array<std::string_view>({"reads", "ends", "writes"}); }
 
-/// The struct in app/live/control_answers.h that answers a command. `none`: this server does not accept the
-/// command.
+/// The kind of answer that a server (controller or twin) sends to a command. Each kind has a struct in
+/// app/live/control_answers.h. `none`: this kind of server does not accept the command.
 enum class Reply : std::uint8_t {
   none,
   done,
@@ -67,7 +67,7 @@ constexpr auto words(Reply) {
 struct Argument {
   enum class Type : std::uint8_t { text, value, on_or_off, fault, node, number, duration_s, timeout_s };
   std::string_view name;  ///< name of the JSON member in the command
-  std::string_view ctl;   ///< name in `hystcan ctl`: a positional argument, or --option
+  std::string_view ctl;   ///< the argument in `hystcan ctl`: positional (AXIS) or an option (--axis)
   Type type = Type::text;
   std::string_view example;
   std::string_view meaning;  ///< description in the help of `hystcan ctl`
@@ -84,7 +84,7 @@ struct ControlCommand {
   int page_place;  ///< position in the list of commands that a page may send; 0: a page may not send this
                    ///< command
   std::span<const Argument> arguments;
-  std::string_view meaning;  ///< description in the help of `hystcan ctl`, which lists commands in this order
+  std::string_view meaning;  ///< description of the command in the help of `hystcan ctl`
   std::optional<controller::Request::Kind> act{};  ///< request that the controller's control thread executes
                                                    ///< for this command
 

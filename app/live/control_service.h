@@ -23,8 +23,9 @@ void run_despite_exceptions(boost::asio::io_context& context);
 
 class ControlService {
  public:
-  /// `files`: the file cache for LiveConfig. If the path `socket` is empty, opens neither the control socket
-  /// nor the stream. Throws RunError if the control socket cannot be opened.
+  /// `files`: cache of the configuration files that were already read, so that LiveConfig does not read
+  /// unchanged files again. If the path `socket` is empty, opens neither the control socket nor the stream.
+  /// Throws RunError if the control socket cannot be opened.
   ControlService(const std::filesystem::path& config_file, const config::Config& config,
                  config::ReadFiles files, const std::filesystem::path& socket, CycleOutlets& outlets);
   ~ControlService();  ///< answers the waiting clients, then ends the thread

@@ -39,8 +39,8 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
   Session(stream_protocol::socket socket, ControlSocket& owner)
       : socket_(std::move(socket)), owner_(owner), pid_(pid_of(socket_)), limit_(socket_.get_executor()) {}
 
-  /// Returns true if the connection may be closed for a new one: it is not waiting for an answer and does not
-  /// have the right to write.
+  /// Returns true if this connection may be closed to make room for a new connection. This is the case if its
+  /// client waits for no answer and does not have the right to send commands that write (Access::writes).
   bool is_idle() const { return !obeying_ && owner_.writer_.lock().get() != this; }
   void close() {
     error_code ignored;
@@ -102,9 +102,9 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     });
   }
 
-  /// Executes a command. Until the answer is ready, the session exists only because it waits for the client
-  /// to disconnect. If the client is killed during this time, the session ends and frees the right to write
-  /// at once.
+  /// Executes a command. Until its answer is ready, only the pending wait for the client to disconnect
+  /// keeps this session alive. If the client is killed during this time, the session therefore ends at once.
+  /// Another client can then get the right to send commands that write (Access::writes).
   void execute(const nlohmann::json& command) {
     obeying_ = true;
     socket_.async_wait(stream_protocol::socket::wait_error,

@@ -24,7 +24,9 @@ constexpr auto poll_period = std::chrono::milliseconds(5);
 // Longest timeout of the command `wait` in s: about twelve days. `wait` without timeout_s waits this long.
 constexpr double longest_wait_s = 1e6;
 
-/// Formats a JSON value as TOML. The two formats differ only for tables, which may also be in a list.
+/// Formats a JSON value as TOML. Text, numbers and booleans are the same in both formats. An object becomes
+/// an inline table, {KEY = VALUE}. The elements of a list are converted one by one, because a list can
+/// contain objects.
 std::string toml_of(const json& value) {
   if (!value.is_structured()) return value.dump();
   std::vector<std::string> members;
@@ -81,9 +83,9 @@ std::string joined(const std::vector<config::Change>& changes) {
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
-/// Returns the answer to the command `wait`; null if the client must wait longer. `record` may be older than
-/// the last command, because the telemetry thread delivers it later. A record up to `since_cycle` may
-/// therefore describe an earlier movement and does not count.
+/// Returns the answer to the command `wait`, which waits until an axis is in position; null if the client
+/// must wait longer. Only a record after `since_cycle` counts: an older record may describe the axis before
+/// its last command, because the telemetry thread delivers the records later.
 json outcome_of(const controller::CycleRecord& record, std::uint64_t since_cycle) {
   if (record.cycle <= since_cycle) return {};
   const controller::AxisReport& report = record.report;

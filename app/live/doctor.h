@@ -49,7 +49,8 @@ std::string first_line(const std::filesystem::path& file);
 inline Finding refused(std::string check, Verdict verdict, const PlacedError& error) {
   return {std::move(check), verdict, error.finding(), error.advice().remedy};
 }
-/// Returns a finding: `good` if `is_good` is true, otherwise `doubtful` with this cure.
+/// Returns the finding of a check that measured `figure`. The verdict is `good` if `is_good` is true.
+/// Otherwise it is `doubtful`, and `cure` is what the user should do.
 inline Finding judged(std::string check, bool is_good, std::string figure, std::string cure) {
   if (is_good) return {std::move(check), Verdict::good, std::move(figure), {}};
   return {std::move(check), Verdict::doubtful, std::move(figure), std::move(cure)};

@@ -20,8 +20,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Maximum duration of a sample, as a share of the period, for a good verdict. A longer sample leaves too
-/// little time for the output and other axes.
+/// Maximum duration of one position measurement (a sample), as a share of the cycle period, for a good
+/// verdict. A longer measurement leaves too little time for the output and other axes.
 constexpr double good_sample_share = 0.2;
 constexpr int most_samples = 1000;
 constexpr std::chrono::milliseconds longest_sampling{300};
@@ -117,7 +117,8 @@ std::vector<Finding> examine_axis(const config::Config& config, const node::Wire
   return {refused(axis.wire.name + " " + error.key, Verdict::bad, error)};
 }
 
-/// Returns the processes `hystcan node`, without their guards.
+/// Returns the folders in /proc of all processes `hystcan node`. Skips the guard process of each node, which
+/// writes the safe drives if the node ends; its name is hystcan-guard.
 std::vector<std::filesystem::path> node_processes(const std::filesystem::path& root) {
   std::vector<std::filesystem::path> found;
   std::error_code none;

@@ -27,8 +27,8 @@ constexpr std::uint32_t long_queue_frames = 100;
 /// Error counter value at which the controller state "error warning" begins (ISO 11898-1).
 constexpr unsigned warning_count = 96;
 
-/// Maximum round-trip time of a frame, as a share of the period, for a good verdict. A longer round trip
-/// leaves too little time for the sample, the command and the other axes.
+/// Maximum round-trip time of a frame, as a share of the cycle period, for a good verdict. A longer round
+/// trip leaves too little time for the sample, the command and the other axes.
 constexpr double good_round_trip_share = 0.2;
 constexpr int round_trips = 200;
 constexpr std::chrono::milliseconds format_listening{300};

@@ -16,8 +16,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Limits of the timer lateness, as shares of the period. Below the first limit the lateness hardly affects
-/// the loop. Above the second limit the cycle is lost.
+/// Limits of the timer lateness, as shares of the cycle period. Below `good_wake_up_share` the lateness
+/// hardly affects the control loop. Above `bad_share_of_period` the cycle is lost.
 constexpr double good_wake_up_share = 0.1;
 constexpr double bad_share_of_period = 0.5;
 

@@ -13,8 +13,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Recommended priority of the polling threads. It is higher than the interrupt threads (50) and lower than
-/// the kernel's own threads (99).
+/// Recommended priority of the kernel threads that fetch received frames from the adapter (NAPI polling
+/// threads). It is higher than the interrupt threads (50) and lower than the kernel's own threads (99).
 constexpr int polling_priority = 80;
 
 struct KernelThread {
@@ -25,7 +25,8 @@ struct KernelThread {
 };
 
 /// Returns the kernel threads of an interface: interrupt threads named `irq/NN-can0` and polling threads
-/// named `napi/can0-NN`. An interrupt thread named after the adapter's bus is not found.
+/// named `napi/can0-NN`. Does not find an interrupt thread that has another name, for example `irq/NN-spi0.0`
+/// after the SPI bus of an adapter.
 std::vector<KernelThread> threads_of(const std::string& interface, const std::filesystem::path& root) {
   std::vector<KernelThread> threads;
   std::error_code none;

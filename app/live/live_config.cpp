@@ -15,8 +15,8 @@ using controller::Request;
 constexpr std::size_t longest_key = 200;
 constexpr std::size_t most_undone = 100;
 
-/// Describes how the axes in the file differ from the axes of the running controller. A list of all changed
-/// keys would be less clear.
+/// Returns the error text for a file with other axes than the running controller. The text names each missing
+/// and each new axis, because a list of all changed keys would be less clear.
 std::string difference(const config::Config& config, const std::vector<std::string>& in_force) {
   const std::vector<std::string> in_file = config::axis_names(config);
   std::vector<std::string> texts;
@@ -57,8 +57,9 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
                 [&](const config::Setting& setting) { return config::is_within(setting.path, path); });
   overrides.push_back({path, toml_value});
   Prepared prepared = prepare(std::move(history));
-  // If the setting already has this value, nothing changes. The new element then replaces the last element of
-  // the history, so that `undo` has no step without effect.
+  // If the setting already has this value, nothing changes. The history of `set` commands must then not
+  // become longer, because an `undo` of this command would have no effect. The last element is removed, and
+  // the new element takes its place.
   if (prepared.at_once.empty()) prepared.history.erase(prepared.history.end() - 2);
   return prepared;
 }

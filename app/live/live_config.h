@@ -63,7 +63,8 @@ class LiveConfig {
   /// axis, false if the reference continues.
   using Concerned = std::map<std::size_t, bool>;
 
-  /// Returns the axes whose settings are in `changes`, plus the axes of the last mark_uncertain().
+  /// Returns the axes that must apply settings: the axes whose settings are in `changes`, and the axes that
+  /// may have applied a former change that another axis refused (mark_uncertain()).
   Concerned concerned_by(const std::vector<config::Change>& changes) const;
   Prepared prepare(History history) const;
 

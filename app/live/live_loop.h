@@ -44,9 +44,10 @@ class LiveLoop {
     };
   }
 
-  /// Runs until stop(). Calls `on_signal` at every Ctrl-C, SIGTERM, Ctrl-\\, SIGHUP and SIGXCPU (the
-  /// processor time limit). Ignores every other signal that would end or stop the process without being a
-  /// program error: timers, SIGUSR1, a background job that uses its terminal.
+  /// Runs until stop(). Calls `on_signal` for SIGINT (Ctrl-C), SIGTERM, SIGQUIT (Ctrl-\\), SIGHUP and SIGXCPU
+  /// (the processor time limit). Ignores other signals that would end or stop the process although it has no
+  /// error: SIGUSR1, SIGUSR2, timers, input and output, the terminal access of a background job (SIGTTIN,
+  /// SIGTTOU), the supply voltage (SIGPWR), SIGSTKFLT and real-time signals.
   void run(std::function<void(int signal)> on_signal) {
     on_signal_ = std::move(on_signal);
     for (const int signal : {SIGINT, SIGTERM, SIGQUIT, SIGHUP, SIGXCPU}) signals_.add(signal);
@@ -71,8 +72,8 @@ class LiveLoop {
     });
   }
 
-  /// The context does not use locks. This is safe because only one thread uses the context, and because no
-  /// other signal_set exists whose thread could pass a signal to this context.
+  /// The context does not use locks, because only one thread uses it. For this reason the process must not
+  /// have a second signal_set: Boost.Asio would pass a signal from the thread of that set to this context.
   boost::asio::io_context context_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE};
   boost::asio::signal_set signals_{context_};
   can::AsioScheduler scheduler_{context_};

@@ -14,14 +14,14 @@ namespace hystcan::app {
 /// that the kernel refuses: setting, reason and remedy. A refusal does not end a run.
 std::vector<std::string> apply(const controller::Realtime& realtime);
 
-/// Returns the priority of `hystcan node`; 0 if no priority is configured. The priority is one above the
-/// control thread. If both run on one processor, the node therefore samples before the controller continues
-/// after SYNC.
+/// Returns the real-time priority of `hystcan node`; 0 if no priority is configured. It is one above the
+/// priority of the control thread. If both run on one processor, the node therefore reads its sensors at a
+/// SYNC before the control thread, which needs these samples, continues.
 int node_priority(const controller::Realtime& of_controller);
 
-/// Makes all threads allocate from one heap, so that memory freed by one thread is available to the next.
-/// Call it before other threads start. The control thread does not allocate while the interface is up, and so
-/// does not wait for another thread.
+/// Makes all threads allocate from one heap, so that each thread can use the memory that another one freed.
+/// Call it before other threads start. The control thread never waits for the lock of this heap, because it
+/// does not allocate while the CAN interface is up.
 void share_heap();
 
 /// Each of these functions applies one setting and returns the refusal; nullopt if the setting is granted.

@@ -14,8 +14,8 @@
 
 namespace hystcan::app {
 
-/// The first 0.1 s of each reference segment are not counted as errors, because the loop settles in this
-/// time.
+/// Errors in the first 0.1 s of each reference segment do not count in the error statistics, because the
+/// control loop settles in this time.
 inline constexpr double settle_s = 0.1;
 
 nlohmann::json to_json(const controller::AxisOutcome& outcome);

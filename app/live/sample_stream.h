@@ -30,7 +30,8 @@ namespace hystcan::app {
 /// full, it keeps the oldest rows; new rows are dropped and counted.
 class SampleBoard {
  public:
-  /// `most_rows`: the number of rows that fit between two calls of take().
+  /// `most_rows`: maximum number of rows on the board. If the board is full, put() drops new rows until
+  /// take() empties the board.
   SampleBoard(std::size_t columns, std::size_t most_rows) : columns_(columns), most_rows_(most_rows) {
     values_.reserve(columns_ * most_rows_);
   }
@@ -90,8 +91,9 @@ class SampleStream {
   boost::asio::steady_timer timer_;
   std::vector<std::weak_ptr<Session>> sessions_;
   bool armed_ = false;
-  /// Expires when this object is destroyed. Boost.Asio may still call a handler that was due at that time,
-  /// and reports no error to it. Each handler therefore does nothing if this pointer has expired.
+  /// Destroyed with this object. Boost.Asio may still call a handler that was due at that time, and reports
+  /// no error to it. Each handler therefore has a weak_ptr to this flag, and does nothing if the weak_ptr has
+  /// expired.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
   LocalListener listener_;
 };

@@ -17,8 +17,8 @@ namespace {
 
 using controller::MemorySource;
 
-/// Returns the learnt correction as TOML, with one table for each segment. The table of a segment that does
-/// not repeat is empty.
+/// Returns the learnt correction of an axis as TOML, with one table for each segment of the reference. The
+/// controller learns only in segments that repeat. The table of any other segment has no values.
 std::string learnt_text(const controller::Learning* learning) {
   std::string text;
   if (learning == nullptr) return text;

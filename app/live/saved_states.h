@@ -25,7 +25,8 @@ class SavedStates {
   /// Removes the file of an axis that is being driven now, because the saved memory is no longer true. Logs a
   /// warning if the file cannot be removed.
   void forget(std::size_t axis);
-  /// Saves the memory of every axis that was stopped cleanly. Logs a warning if a file cannot be written.
+  /// Saves the hysteresis memory and the learnt correction of every axis that was stopped cleanly. Logs a
+  /// warning if a file cannot be written.
   void save(const controller::Controller& controller) const;
 
  private:

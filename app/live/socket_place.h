@@ -23,7 +23,8 @@
 
 namespace hystcan::app {
 
-/// The folders in which the program looks for the folders of users and for sockets. Tests use other folders.
+/// The folders in which the program creates sockets and searches for them. `runtime` and `temporary` contain
+/// a subfolder for each user. `user` is the owner of the subfolder to use. Tests use other folders.
 struct SocketPlaces {
   std::filesystem::path runtime = "/run/user";
   std::filesystem::path temporary = "/tmp";
@@ -74,8 +75,9 @@ class LocalListener {
   boost::asio::steady_timer pause_;
   std::function<void(Socket)> admit_;
   std::function<bool()> is_ready_;
-  /// Expires when this object is destroyed. Boost.Asio may still call a handler that was due at that time,
-  /// and reports no error to it. Each handler therefore does nothing if this pointer has expired.
+  /// Destroyed with this object. Boost.Asio may still call a handler that was due at that time, and reports
+  /// no error to it. Each handler therefore has a weak_ptr to this flag, and does nothing if the weak_ptr has
+  /// expired.
   std::shared_ptr<const bool> alive_ = std::make_shared<const bool>(true);
 };
 

@@ -51,7 +51,8 @@ Level level_of(const controller::NodeEvent& event) {
   return is_all_clear(event) ? Level::info : Level::warning;
 }
 
-/// An axis that waits longer than this time gets a line in the log. Shorter waits are normal during a start.
+/// If an axis waits longer than this time for a condition without which it cannot track, for example a
+/// heartbeat, the log gets a line. Shorter waits are normal during a start.
 constexpr double worth_a_line_s = 2.0;
 
 bool is_on_its_way(AxisState state) {

@@ -33,8 +33,9 @@ class EventLog {
   /// Counts the event in `record`, if it has one, and then calls log_pending(). `axes`: names of the axes
   /// that the event concerns.
   void add(const std::string& axes, const controller::CycleRecord& record);
-  /// Logs one line for each kind with events that are counted but not logged. Skips a kind that was logged
-  /// less than one second before `time_s`. Call this function for a record that is not passed to add().
+  /// Logs one line for each kind of event that add() counted but did not log yet. Skips a kind that was
+  /// logged less than one second before `time_s`. Call this function for each record that is not passed to
+  /// add(), so that the counted events are logged although no new event occurs.
   void log_pending(double time_s);
 
   /// Returns one line for each kind of event, with the total number of its events.
@@ -85,8 +86,8 @@ class StateLog {
     std::string drive_unit;
     controller::AxisState state = controller::AxisState::offline;
     controller::ArmingBlocks blocks{};
-    controller::ArmingBlocks last_blocks{};  ///< conditions for which the axis last waited
-    double blocked_since_s = 0.0;            ///< start of the wait for the first condition
+    controller::ArmingBlocks last_blocks{};  ///< newest value of `blocks` that was not empty
+    double blocked_since_s = 0.0;            ///< start of the wait for the first condition in `blocks`
     double amplifier_output = 0.0;
     bool block_is_logged = false;
     bool has_tracked = false;
