@@ -58,7 +58,7 @@ struct hystcan_amplifier_config {
   /// `elapsed` / `soft_start` of the line (`soft_start`: configured duration of the soft start). If `elapsed`
   /// is 0, the line begins at the present output. NULL if there is no soft start.
   void (*approach)(void* context, unsigned axis, int32_t setpoint, uint32_t elapsed);
-  /// Measures the output of an axis.
+  /// Measures the output of an axis and returns it, in the unit of the field `output`.
   int32_t (*output)(void* context, unsigned axis);
 };
 

@@ -1,5 +1,6 @@
-// Frames, and messages with their signals, counter and CRC. hystcan_node.h uses this file. The tables of the
-// messages are constant, so that they may be in flash memory.
+// Writes and reads CAN frames: a message of the DBC, with its signals, its counter and its CRC.
+// hystcan_node.h uses this file. The node never changes a hystcan_message, so that the caller can store it in
+// flash memory.
 #pragma once
 
 #include <stdbool.h>
