@@ -68,8 +68,9 @@ void show_frame(const config::PlannedFrame& planned) {
         in_us(planned.deadline), planned.in_time() ? "" : "  late");
 }
 
-/// Prints the worst-case response time of each frame on the bus. For SYNC, samples and commands it counts
-/// from the start of the cycle; for all other frames, from the time at which the frame is queued.
+/// Prints the worst-case response time of each frame on the bus. The response time of SYNC, samples and
+/// commands counts from the start of the cycle. For all other frames it counts from the time at which the
+/// frame is queued.
 void show_bus(const config::Config& config) {
   const config::BusPlan plan = config::plan_bus(config);
   print("# the bus at {} bit/s{}, with the maximum of stuff bits; times in us:\n",

@@ -25,7 +25,7 @@ namespace hystcan::app {
 namespace {
 
 /// Assigns the record files of the options to axes. A single axis gets all --record files; with several axes,
-/// each axis gets one file. Throws Error if the numbers do not match.
+/// each axis gets one file of each option. Throws Error if the numbers of files and axes do not match.
 std::vector<AxisRecords> records_by_axis(const InitOptions& options) {
   const std::size_t axes = options.axes.size();
   const auto require_one_each = [&](const char* option, const std::vector<std::filesystem::path>& files) {

@@ -17,9 +17,9 @@ std::string four_decimals(double value);
 /// recording if there is one, and a line for each axis. Lines may be wider than the terminal.
 std::vector<std::string> status_lines(const StatusAnswer& status);
 
-/// Returns status_lines() with additional lines for a screen: the timing, the last event of a node, and the
-/// CAN interface if `bus` is given. If the controller did not answer, `status` is nullopt and `error` is the
-/// reason.
+/// Returns status_lines() with additional lines for a screen: the cycle timing (period, lateness, turnaround
+/// and execution), the last event of a node, and the CAN interface if `bus` is given. If the controller did
+/// not answer, `status` is nullopt and `error` is the reason.
 std::vector<std::string> status_screen(const std::optional<StatusAnswer>& status,
                                        const std::optional<BusReport>& bus, const std::string& error);
 
