@@ -12,8 +12,8 @@
 namespace hystcan::app {
 namespace {
 
-/// Maximum exit time of a processor idle state, as a share of the cycle period. A longer exit time would delay
-/// every cycle, because the processor is idle between the cycles.
+/// Maximum exit time of a processor idle state, as a share of the cycle period. A longer exit time would
+/// delay every cycle, because the processor is idle between the cycles.
 constexpr double idle_share = 0.05;
 
 Finding examine_kernel(const std::filesystem::path& root) {

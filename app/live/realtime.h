@@ -10,8 +10,8 @@
 
 namespace hystcan::app {
 
-/// Applies the settings to the calling thread (memory: to the process). Returns one line for each setting
-/// that the kernel refuses: setting, reason and remedy. A refusal does not end a run.
+/// Applies priority and CPUs to the calling thread, and locks the memory of the whole process. Returns one
+/// line for each setting that the kernel refuses: setting, reason and remedy. A refusal does not end a run.
 std::vector<std::string> apply(const controller::Realtime& realtime);
 
 /// Returns the real-time priority of `hystcan node`; 0 if no priority is configured. It is one above the

@@ -22,8 +22,8 @@ class SavedStates {
   explicit SavedStates(const config::Config& config);
 
   void restore(controller::Controller& controller) const;
-  /// Removes the file of an axis that is being driven now, because the saved memory is no longer true. Logs a
-  /// warning if the file cannot be removed.
+  /// Removes the file of an axis. Called when the axis is driven, because the hysteresis memory of the stage
+  /// then differs from the memory in the file. Logs a warning if the file cannot be removed.
   void forget(std::size_t axis);
   /// Saves the hysteresis memory and the learnt correction of every axis that was stopped cleanly. Logs a
   /// warning if a file cannot be written.

@@ -72,8 +72,8 @@ std::filesystem::path temporary_folder(const SocketPlaces& places) {
   return places.temporary / fmt::format("hystcan-{}", places.user);
 }
 
-/// Returns the folder named in the environment; otherwise the login folder /run/user/UID, if it is safe;
-/// otherwise nullopt.
+/// Returns the folder in the variable RUNTIME_DIRECTORY or XDG_RUNTIME_DIR. If neither is set, returns
+/// /run/user/UID, if only this user can write there; otherwise nullopt.
 std::optional<std::filesystem::path> given_folder(const SocketPlaces& places) {
   for (const char* variable : {"RUNTIME_DIRECTORY", "XDG_RUNTIME_DIR"})
     if (const char* folders = std::getenv(variable); folders != nullptr && *folders != '\0') {

@@ -45,7 +45,8 @@ std::filesystem::path find_socket(const std::string& interface, const SocketPlac
 std::filesystem::path find_twin_socket(const std::string& interface);
 
 /// Returns the path of the file with the page's access token, in the folder of the controller's socket.
-/// page_token() is for the program that writes the file, find_page_token() for programs that read it.
+/// page_token() returns where the program of the page writes the file. find_page_token() returns the first
+/// existing file in the folders that find_socket() searches; without one, the same path as page_token().
 std::filesystem::path page_token(const std::string& interface, const SocketPlaces& places = {});
 std::filesystem::path find_page_token(const std::string& interface, const SocketPlaces& places = {});
 
