@@ -58,8 +58,8 @@ struct hystcan_message {
   struct hystcan_field counter;  ///< signal of the counter; its length is 0 if there is no counter
   struct hystcan_field crc;      ///< signal of the CRC; must occupy whole bytes
   uint8_t polynomial;            ///< kind of the CRC, an enum hystcan_crc
-  uint8_t data_id;               ///< kind of the bytes that the CRC covers before the payload, an enum
-                                 ///< hystcan_data_id
+  uint8_t data_id;               ///< an enum hystcan_data_id: the CRC covers the identifier, `number` or
+                                 ///< nothing in addition to the payload
   uint16_t number;               ///< two bytes that the CRC covers in addition to the payload if `data_id` is
                                  ///< HYSTCAN_NUMBER; they are not sent
 };

@@ -37,7 +37,7 @@ extern "C" {
 typedef uint64_t hystcan_time;
 #define HYSTCAN_NEVER UINT64_MAX
 
-/// An object of the node and its value, written by SDO.
+/// An entry of the node's object dictionary. The controller writes its value by SDO.
 struct hystcan_object {
   uint16_t index;
   uint8_t subindex;
