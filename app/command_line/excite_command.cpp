@@ -136,8 +136,8 @@ class DatasetRecorder {
   std::string lost_;
 };
 
-/// Returns true if the options give no drive range (loops) or amplitude (step, chirp). The program then
-/// chooses the size and begins with a small one.
+/// Returns true if the options do not give the size of the excitation: the drive range of loops, or the
+/// amplitude of a step or chirp. The program then chooses the size.
 bool chooses_size(const ExciteArguments& options) {
   return options.signal == "hysteresis" ? !options.low && !options.high : !options.amplitude;
 }

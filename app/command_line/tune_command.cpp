@@ -36,7 +36,8 @@ using identification::Dataset;
 struct TuneArguments {
   OpenLoopOptions run;
   std::filesystem::path output = "tuning.toml";
-  std::filesystem::path written, picture, table;  ///< output files; empty if the user does not request one
+  std::filesystem::path written, picture, table;  ///< output files of --write, --plot and --response; empty:
+                                                  ///< the option is not given
   std::filesystem::path record;                   ///< existing record of a step response; empty: the command
                                                   ///< drives the stage and records one
   config::DatasetLayout layout{};                 ///< how to read `record`: columns, rate, scale

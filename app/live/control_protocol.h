@@ -81,8 +81,8 @@ struct ControlCommand {
   std::string_view word;  ///< name of the command: the value of the JSON member `do`
   Access access;
   Reply controller, twin;
-  int page_place;  ///< position in the list of commands that a page may send; 0: a page may not send this
-                   ///< command
+  int page_place;  ///< position in the error message that lists the commands a page may send; 0: a page may
+                   ///< not send this command
   std::span<const Argument> arguments;
   std::string_view meaning;  ///< description of the command in the help of `hystcan ctl`
   std::optional<controller::Request::Kind> act{};  ///< request that the controller's control thread executes
