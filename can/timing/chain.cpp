@@ -77,8 +77,10 @@ class Chain {
     });
   }
 
-  /// Returns L in chain.h: the total time of the longest frames whose transmission has begun when a link of
-  /// the chain is queued, one frame for each link. `after`: all such frames, the longest first.
+  /// Returns L in chain.h: the longest time for which frames of lower priority than all links delay the
+  /// chain. When a link is queued, the transmission of one such frame may have begun. One frame therefore
+  /// counts for each link; the longest frames count. `after`: all frames of lower priority, the longest
+  /// first. `window`: the time in which these frames are sent.
   Duration blocking(std::span<const ChainSource* const> after, Duration window) const {
     std::int64_t times = last_.role == ChainRole::sync ? 1 : last_.role == ChainRole::sample ? 2 : 3;
     Duration sum{};
@@ -91,7 +93,8 @@ class Chain {
   }
 
   /// Returns w(q) in chain.h for q > 0: the latest time at which the transmission of the last link of the
-  /// chain begins, if frames of earlier cycles were not yet sent at each of the last q SYNCs.
+  /// chain begins in the cycle after SYNC q. At each of the SYNCs 1 to q, frames of earlier cycles still
+  /// wait.
   std::optional<Duration> with_left_overs(int q) const {
     const bool is_sync = last_.role == ChainRole::sync;
     const int answered = is_sync ? q : q + 1;
@@ -104,8 +107,9 @@ class Chain {
     });
   }
 
-  /// Returns the latest time at which the bus has sent all commands of cycle q, the frame of its slot, and
-  /// the controller's heartbeat, which is queued behind the commands.
+  /// Returns the latest time at which all frames of cycle q are sent: the commands, the controller's
+  /// heartbeat, which is queued behind the commands, and the heartbeat or status of the node whose slot is
+  /// this cycle.
   std::optional<Duration> end_of_cycle(int q) const {
     const Duration own = (q + 1) * timing_.turnaround + in_slots(q + 1);
     return settle([&](Duration w) {
@@ -128,9 +132,10 @@ class Chain {
     return greatest;
   }
 
-  /// Returns the sum of three times. The first is `own`. The second is the time of the controller's axis
-  /// statuses, at most `status_cycles` of them. The third is the time of all other frames without a slot:
-  /// each is sent times(source, count) times. `count`: maximum number of these frames in the time `window`.
+  /// Returns `own`, plus the transmission times of all frames without a slot in the time `window`. `own`: the
+  /// part of the sum that the caller has already computed. Of the controller's axis statuses, at most
+  /// `status_cycles` count: the controller sends one in each cycle. Any other frame counts
+  /// times(source, count) times; `count` is the maximum number of frames of `source` in the time `window`.
   template <class Times>
   std::optional<Duration> with_all(Duration own, std::int64_t status_cycles, Duration window,
                                    Times times) const {
@@ -151,8 +156,9 @@ class Chain {
     return sum + std::min(statuses, status_cycles) * longest_status;
   }
 
-  /// Returns the smallest time t for which next(t) is t; nullopt if t exceeds limit_ or if `next` returns
-  /// nullopt. `next` must not decrease.
+  /// Solves the equation t = next(t) by iteration and returns its smallest solution. next(t) is the time that
+  /// the chain needs if all frames that are queued before t are sent first; it must not decrease with t.
+  /// Returns nullopt if t exceeds limit_ or if `next` returns nullopt.
   template <class Next>
   std::optional<Duration> settle(Next next) const {
     Duration value{};
@@ -174,8 +180,9 @@ class Chain {
     return source.role == ChainRole::command || (source.slot && is_of_controller(source.role));
   }
 
-  /// Returns true if the frame `source` is an answer to the last link of the chain. Such an answer
-  /// is sent after the last link of its own cycle. Only an answer of an earlier cycle can be sent before.
+  /// Returns true if the frame `source` answers the last link of the chain: samples and commands answer SYNC,
+  /// and a command answers a sample of the same axis. An answer is sent after the link that it answers.
+  /// Therefore only answers from earlier cycles can delay the last link.
   bool comes_after_last(const ChainSource& source) const {
     if (last_.role == ChainRole::sync) return is_link(source.role);
     return last_.role == ChainRole::sample && source.role == ChainRole::command &&
@@ -207,7 +214,8 @@ class Chain {
 };
 
 /// Sets the jitter of each frame that follows SYNC: the longest time from the start of its period until the
-/// frame is queued. A frame that is due just after its slot waits for the next slot.
+/// frame is queued. The jitter of a frame with a slot includes a whole round of slots: if the frame becomes
+/// due just after its slot, it waits for the slot of the next round.
 void set_jitter(std::span<ChainSource> sources, Duration sync_response, const ChainTiming& timing) {
   const Duration answered = sync_response + timing.turnaround;
   for (ChainSource& source : sources) {

@@ -107,7 +107,9 @@ struct ChainTiming {
   BitRates rates;
   Duration cycle{};
   Duration turnaround{};
-  unsigned slots = 0;  ///< number of cycles in a round of slots; 0: no slots
+  /// Number of slots in a round. Each slot is one cycle; in its slot, a node may send its heartbeat or a
+  /// status. 0: the bus has no slots, and nodes send these frames at any time.
+  unsigned slots = 0;
 };
 
 /// Computes the worst-case response time of the chain that ends with the frame `last`. In `sources`, the

@@ -71,8 +71,9 @@ class Analysis {
   }
 
  private:
-  /// Collects the frames of higher priority than own_ in higher_, and the time that one error costs in
-  /// disturbance_. Returns the longest transmission time of a frame of lower priority.
+  /// Stores the frames of higher priority than own_ in higher_, and their load with own_ in level_load_.
+  /// Stores in disturbance_ the time that one error takes: an error frame, and the repetition of the longest
+  /// of these frames. Returns the longest transmission time of a frame of lower priority than own_.
   Duration collect_others() {
     higher_.clear();
     Duration blocking{};
@@ -109,8 +110,9 @@ class Analysis {
     return error_interval_ ? instances(window, *error_interval_) * disturbance_ : Duration::zero();
   }
 
-  /// Returns the smallest time t, at least `from`, for which next(t) is t; nullopt if t exceeds `endless`.
-  /// `next` must not decrease.
+  /// Solves the equation t = next(t) by iteration from t = `from` and returns the smallest solution that is
+  /// at least `from`. next(t) is the time that all frames need which are queued before t; it must not
+  /// decrease with t. Returns nullopt if t exceeds `endless`.
   template <class Next>
   static std::optional<Duration> settle(Duration from, Next next) {
     Duration value = std::max(from, Duration{1});
@@ -140,9 +142,9 @@ BitCount worst_frame_bits(const PeriodicFrame& frame) {
     const unsigned stuffed = (frame.extended ? 54 : 34) + 8 * frame.bytes;
     return {.nominal = stuffed + tail + (stuffed - 1) / 4};
   }
-  // CAN FD: the bits before BRS have at most 3 stuff bits, or 7 with an extended identifier. BRS differs from
-  // the bit before it (res). Equal bits before BRS therefore cause no stuff bit after BRS. The last data bit
-  // has no stuff bit after it.
+  // CAN FD: the bits before the bit-rate switch (BRS) have at most 3 stuff bits, or 7 with an extended
+  // identifier. BRS differs from the reserved bit (res) before it. Equal bits before BRS therefore cause no
+  // stuff bit after BRS. No stuff bit follows the last data bit, because a fixed stuff bit follows it anyway.
   const unsigned nominal = (frame.extended ? 36 + 7 : 17 + 3) + 12;
   const unsigned check = frame.bytes <= 16 ? 27 : 32;  // stuff count + CRC + fixed stuff bits
   const unsigned data = 5 + 8 * frame.bytes + (8 * frame.bytes + 4) / 4 + check + 1;
