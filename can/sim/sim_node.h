@@ -101,7 +101,7 @@ struct Node {
   Bus::FrameHandler on_frame;
   Bus::FrameHandler on_sent;
   Bus::StateHandler on_state;
-  std::uint32_t key = never;  ///< arbitration key of the frame to send next
+  std::uint32_t key = never;  ///< arbitration field of the frame to send next; the lowest field wins
   Time suspended_until;       ///< end of the pause after a transmission, if the node is error-passive
   BusCounters counters;
   std::array<Frame, SimBus::transmit_queue_length> queue;

@@ -76,8 +76,8 @@ unsigned Disturbance::first_error(double per_bit, unsigned none) {
   return bit < none ? static_cast<unsigned>(bit) : none;
 }
 
-/// Returns a random number of dominant bits before an error flag, 0..4. The flag continues this run of bits,
-/// so that other nodes detect a stuff error, and send their flags, earlier by this number of bits.
+/// Returns a random number of dominant bits directly before the six dominant bits of an error flag, 0..4.
+/// With them, other nodes detect six equal bits, and send their own flags, earlier by this number of bits.
 unsigned Disturbance::dominant_bits_before_flag() {
   return std::min<unsigned>(static_cast<unsigned>(std::countr_one(random_())), 4);
 }
@@ -100,7 +100,7 @@ void Receivers::remove(Node& node) {
   for (auto& [id, nodes] : filtered_) std::erase(nodes, &node);
 }
 
-// ---- Start of the wire, and duration of bits
+// ---- Construction of the wire, and duration of bits
 
 Wire::Wire(VirtualClock& clock, const BitRates& rates, const SimBusConfig& config)
     : clock_(clock),
@@ -182,7 +182,7 @@ void Wire::arbitrate() {
   timer_->expire_at(now + duration_of({.nominal = nominal - interframe_bits, .data = data}));
 }
 
-/// All nodes with a frame to send are error-passive and pause. Waits for the pause that ends first.
+/// Waits for the earliest end of a pause: all nodes in pending_ are error-passive and pause after a frame.
 void Wire::await_suspended() {
   std::optional<Time> earliest;
   for (const Node* node : pending_)

@@ -69,8 +69,8 @@ class Receivers {
 
  private:
   std::vector<Node*> unfiltered_;                                   ///< nodes that receive every frame
-  std::unordered_map<std::uint32_t, std::vector<Node*>> filtered_;  ///< nodes that receive an identifier;
-                                                                    ///< only identifiers in a filter
+  std::unordered_map<std::uint32_t, std::vector<Node*>> filtered_;  ///< for each identifier in a filter, the
+                                                                    ///< nodes that receive its frames
 };
 
 class Wire : public std::enable_shared_from_this<Wire> {
@@ -135,7 +135,7 @@ class Wire : public std::enable_shared_from_this<Wire> {
   bool contending_ = false;
   bool calling_handlers_ = false;
   bool any_detached_ = false;
-  bool any_receive_error_ = false;  ///< true if the receive error counter of a node may be above 0
+  bool any_receive_error_ = false;  ///< if false, every receive error counter is 0; a delivery changes none
   std::unique_ptr<Timer> timer_;
 };
 

@@ -56,8 +56,9 @@ class VirtualClock::Queue {
       now_ = due.deadline;
       ringing_ = due.alarm;
       due.alarm->on_expiry();
-      // If the handler did not set this alarm again, the alarm has expired and is still the first element of
-      // the heap, because no alarm can be set to a time before now. The queue then removes this alarm.
+      // The expired alarm is still the first element of the heap, because no alarm can be set to a time
+      // before now. Remove it, unless its handler has set it again, with a new number `order`, or has
+      // cancelled it.
       if (!heap_.empty() && heap_.front().order == due.order) disarm(*due.alarm);
       ringing_ = nullptr;
       doomed_.reset();
