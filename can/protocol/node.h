@@ -106,8 +106,9 @@ constexpr bool is_in_slot(std::uint8_t node, std::uint8_t counter, unsigned slot
 std::string_view emergency_text(std::uint16_t code);
 
 /// The NMT part of a node: obeys NMT commands and sends heartbeats. At start() and at each NMT reset, the
-/// node sends a boot-up message and becomes pre-operational. The node calls the handler for both states. In
-/// the call for boot_up, the owner must reset its own parts of the node; last_reset() returns which parts.
+/// node sends a boot-up message and becomes pre-operational. The object calls the handler for both states. In
+/// the call for boot_up, the program that owns this object must reset the other parts of the node;
+/// last_reset() returns which parts.
 ///
 /// If nodes have slots (is_in_slot()), the owner must call on_slot() in each slot of this node, and a due
 /// heartbeat waits for this call. If no slot occurred for a whole heartbeat period, because no SYNC arrives,

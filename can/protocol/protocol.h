@@ -110,7 +110,7 @@ struct ScanMarker {
   static constexpr std::string_view name = "ScanMarker";
   std::uint16_t line = 0;
   std::uint16_t frame = 0;
-  std::uint8_t sync_counter = 0;  ///< counter of the SYNC of the first cycle of the line
+  std::uint8_t sync_counter = 0;  ///< counter of the SYNC at which this scan line begins
 
   static constexpr auto fields() {
     return std::tuple{Field{"scan_line", "Line", &ScanMarker::line},
@@ -119,8 +119,8 @@ struct ScanMarker {
   }
 };
 
-/// True for the messages of the controller itself. These messages always have their standard names, and a
-/// database need not contain them.
+/// True for the messages of the controller itself. These messages always have their standard names, and the
+/// user's DBC need not contain them.
 template <class Payload>
 inline constexpr bool is_optional = std::is_same_v<Payload, ControllerStatus> ||
                                     std::is_same_v<Payload, Setpoint> || std::is_same_v<Payload, ScanMarker>;
@@ -131,7 +131,8 @@ struct AxisWire {
   std::string message_prefix;  ///< prefix of message names: "X" for XAmpCommand and XSensorSample
   std::uint8_t amplifier_node = 0;
   std::uint8_t sensor_node = 0;
-  std::string drive_unit{};  ///< unit of setpoint and output in this program; empty: the unit of the DBC
+  std::string drive_unit{};  ///< unit of the commanded drive and the measured output in this program, such as
+                             ///< V; empty: the unit of the DBC
   std::vector<SdoWrite> amplifier_setup{};  ///< SDO objects to write before the controller starts the node
   std::vector<SdoWrite> sensor_setup{};
   SdoPatience setup_patience{};
@@ -159,8 +160,8 @@ std::optional<MessageMap> message_map(const AxisWire& axis) {
 /// message.
 const Message& find_message(const Database& database, const MessageMap& map);
 
-/// Like message_map(); also returns nullopt if is_optional<Payload> is true and the database does not contain
-/// the message.
+/// Returns the names of the message `Payload` of this axis. Returns nullopt if message_map() does, or if the
+/// message is optional (is_optional<Payload>) and the database does not contain it.
 template <class Payload>
 std::optional<MessageMap> message_map_in(const Database& database, const AxisWire& axis) {
   auto map = message_map<Payload>(axis);

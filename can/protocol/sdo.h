@@ -61,7 +61,8 @@ Frame sdo_response(std::uint8_t node, const SdoMessage& message);
 /// Parses a request. Returns nullopt if the frame is not a well-formed expedited transfer. The caller must
 /// have checked the identifier.
 std::optional<SdoMessage> parse_sdo_request(const Frame& frame);
-/// Parses a response like parse_sdo_request(); also accepts the announcement of a value in segments.
+/// Parses a response: an expedited transfer, an abort, or the announcement of a value that follows in
+/// segments. Returns nullopt for any other frame. The caller must have checked the identifier.
 std::optional<SdoMessage> parse_sdo_response(const Frame& frame);
 /// Returns which object a request begins to write or to read, without the value. The transfer may be
 /// expedited, segmented or a block transfer. Returns nullopt if the request does not begin a transfer.
