@@ -90,7 +90,8 @@ class AsioScheduler::Impl : public std::enable_shared_from_this<Impl> {
     if (in_context_ && waiting_until_ == Time::max()) wait();
   }
 
-  /// Ends the wait if no timer is set, so that a context without other work returns.
+  /// Ends the pending wait of the io_context if no timer is set. An io_context without other work can then
+  /// return from run().
   void end_needless_wait() {
     if (waiting_until_ != Time::max() && next_deadline() == Time::max()) end_wait();
   }

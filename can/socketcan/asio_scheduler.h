@@ -20,10 +20,10 @@ class AsioScheduler final : public Scheduler {
   Time now() const override;
   std::unique_ptr<Timer> make_timer(std::function<void()> on_expiry) override;
 
-  // These functions are for a program that waits for the deadlines itself, as in run_in_socket().
+  // The three functions below are for a program that waits for the deadlines itself, as in run_in_socket().
 
-  /// Selects who waits for the deadlines: the context (`true`, the initial value), or the program, which must
-  /// then call run_expired() at next_deadline().
+  /// Selects who waits for the deadlines. `true`, the initial value: the io_context. `false`: the program,
+  /// which must call run_expired() at the time next_deadline().
   void wait_in_context(bool in_context);
   /// Returns the earliest deadline; Time::max() if no timer is set.
   Time next_deadline() const;

@@ -45,7 +45,8 @@ class BusMonitor {
   std::string interface_;
   int socket_;
   bool up_ = true;
-  std::optional<ReceiveBatch> batch_;  ///< a new batch for each socket: a batch counts the lost frames
+  std::optional<ReceiveBatch> batch_;  ///< replaced with each new socket, because it counts the lost frames
+                                       ///< of one socket
   std::uint32_t lost_of_socket_ = 0;
   std::uint64_t lost_ = 0;
 };

@@ -67,8 +67,8 @@ Refusal refusal_of(const Interface& now, const Interface& before);
 /// Returns one line: `can0: 1000 kbit/s, sample point 75 %, restart-ms 100, qdisc pfifo_fast, 10 frames`.
 std::string describe(const std::string& name, const Interface& interface);
 
-/// Returns warnings about settings of the interface that do not stop a node, but that are probably a mistake,
-/// such as no automatic restart after bus-off.
+/// Returns warnings about settings of the interface that are probably a mistake, although a node can run with
+/// them. Example: no automatic restart after bus-off.
 std::vector<std::string> find_warnings(const std::string& name, const Interface& interface);
 
 /// Parses RTM_NEWLINK, the kernel's message about an interface (rtnetlink(7), linux/can/netlink.h). `message`

@@ -17,9 +17,9 @@
 namespace hystcan::can {
 namespace {
 
-// The size of the socket's send buffer. The kernel doubles it, so that it has space for seven or eight
-// classical frames. Two axes send eight frames in their busiest cycle. The kernel refuses any further frame
-// instead of queueing it.
+// The size of the socket's send buffer. The kernel doubles it: the buffer then has space for seven or eight
+// classical frames, depending on the kernel. This is about one cycle: two axes send eight frames in their
+// busiest cycle. The kernel refuses any further frame instead of queueing it, because it would be outdated.
 constexpr int send_buffer_bytes = 3072;
 
 constexpr std::chrono::seconds oldest_credible_stamp{1};
@@ -29,10 +29,10 @@ bool set_option(int socket, int level, int option, const Value& value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
 
-/// Returns filters for both identifier types; the message's checker rejects frames of the wrong type. The
-/// kernel finds a filter for one data identifier in a table, which is fast. But the kernel compares every
-/// frame on the bus with each filter of another kind. Therefore remote frames have only one filter, which
-/// passes all of them.
+/// Returns filters for both identifier types; the E2eChecker of a message rejects frames of the wrong type.
+/// The kernel finds a filter for exactly one data identifier in a table, which is fast. But it compares every
+/// frame on the bus with each of the other filters, for example filters for remote frames. Therefore remote
+/// frames have only one filter, which passes all of them.
 std::vector<can_filter> kernel_filters(std::span<const Filter> filters) {
   constexpr canid_t kinds = CAN_EFF_FLAG | CAN_RTR_FLAG;
   std::vector<can_filter> result;
@@ -114,7 +114,7 @@ int ReceiveBatch::read(int socket, std::size_t room) {
   return count;
 }
 
-/// Reads one frame 0.3 us faster than recvmmsg() does.
+/// Reads one frame with recvmsg(). For one frame, recvmmsg() would take 0.3 us longer.
 int ReceiveBatch::read_one(int socket) {
   const ssize_t bytes = ::recvmsg(socket, &headers_[0].msg_hdr, 0);
   if (bytes < 0) return -1;

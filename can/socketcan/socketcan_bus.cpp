@@ -139,15 +139,16 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
     });
   }
 
-  /// Reads the first frame alone, so that its answer does not wait for other frames or for a read of an empty
-  /// queue.
+  /// Reads the first frame alone and passes it to the handler. The answer that the handler sends then does
+  /// not wait for the reading of other frames, or for a read of an empty queue.
   void receive() {
     receive_queued(1, Time::max());
     if (is_open()) wait();
   }
 
-  /// Reads at most `room` frames, then batches. Stops when the queue is empty, or when a batch ends with a
-  /// frame that arrived after `last_arrival`.
+  /// Reads frames in batches: at most `room` frames in the first batch, at most ReceiveBatch::capacity in
+  /// each further batch. Stops when the queue is empty, or when a batch ends with a frame that arrived after
+  /// `last_arrival`.
   void receive_queued(std::size_t room, Time last_arrival) {
     for (Time arrival{}; is_open() && arrival <= last_arrival; room = ReceiveBatch::capacity) {
       const int count = batch_.read(socket_->get(), room);
@@ -248,10 +249,10 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   std::string interface_;
   std::vector<Filter> filters_;
   std::optional<Descriptor> socket_;                      ///< nullopt while the interface is down
-  asio::posix::basic_stream_descriptor<Executor> watch_;  ///< the socket, while the context waits for frames
+  asio::posix::basic_stream_descriptor<Executor> watch_;  ///< socket_, while the io_context waits for frames
   std::optional<SocketAlarm> alarm_;                      ///< ends the wait in receive_before()
   std::optional<Time> alarm_at_;
-  SteadyTimer retry_timer_;    ///< searches for the interface after it is lost
+  SteadyTimer retry_timer_;    ///< time of the next search for the interface after it was lost
   SteadyTimer restart_timer_;  ///< time of the next query whether bus-off has ended
   ReceiveBatch batch_;
   Interface at_start_;

@@ -47,10 +47,10 @@ class SocketCanBus final : public Bus {
   const BusCounters& counters() const override;
 
   /// Waits in the socket for one frame and passes it to the handler. This is faster than a wait in the
-  /// context (docs/latency.md). From the first call on, the context no longer waits for frames. Returns false
-  /// at the deadline, after a signal, or immediately if the interface is down; the context must then run. At
-  /// the deadline, the function first passes all frames that have arrived. Otherwise a program that is late
-  /// would report these frames as missing.
+  /// io_context (docs/latency.md). From the first call on, the io_context no longer waits for frames. Returns
+  /// false at the deadline, after a signal, or immediately if the interface is down. The caller must then run
+  /// the io_context, so that it handles signals and other events. At the deadline, the function first passes
+  /// all frames that have arrived. Otherwise a program that is late would report these frames as missing.
   bool receive_before(Time deadline);
 
  private:
@@ -60,8 +60,9 @@ class SocketCanBus final : public Bus {
 
 class AsioScheduler;
 
-/// Runs a context until it is stopped, and waits in the socket of `bus`, the context's only socket. The
-/// context handles signals and requests only at a deadline of the scheduler, or if a signal interrupts this
+/// Runs `context` until it is stopped. The thread waits in the socket of `bus`, which must be the only socket
+/// of `context`, and not in `context`. Therefore the handlers of `context`, for signals and requests, run
+/// only between two waits: a wait ends at each deadline of `scheduler`, and when a signal interrupts the
 /// thread.
 void run_in_socket(boost::asio::io_context& context, AsioScheduler& scheduler, SocketCanBus& bus);
 
