@@ -91,7 +91,7 @@ class Reader {
     lacks_choice_ |= HasWords<T> && !table_.contains(key);
     if (const toml::node* node = look_up(key)) read(*node, key, value, range);
   }
-  /// Reads a key that may be missing; `value` then does not change. A list may be empty.
+  /// Reads a key that may be missing. If the key is missing, `value` does not change. A list may be empty.
   template <class T>
   void optional(std::string_view key, T& value, Range range = any, const About& = {}) {
     known_.emplace(key);
@@ -100,7 +100,7 @@ class Reader {
   void choice(std::string_view key, std::string& value, std::span<const std::string_view> choices,
               const About& = {});
   /// Reads a limit. If the key is missing or has the value `inf`, `value` does not change. Only the Writer
-  /// uses `in_its_place`, the limit in force if the key is missing.
+  /// uses `in_its_place`.
   void limit_or_inf(std::string_view key, double& value, double in_its_place, const About& = {});
 
   /// Reads a sub-table that may be missing; `value` is then empty.
@@ -140,7 +140,8 @@ class Reader {
     known_.emplace(key);
     if (table_.contains(key)) list(key, values, visit);
   }
-  /// Calls `make`, which creates the object that a choice selected (for example one kind of reference).
+  /// Calls `make`, which creates an object of the kind that choice() has read before, for example a segment
+  /// of the reference.
   template <class Make>
   void alternative(Make make) {
     make();
@@ -213,7 +214,8 @@ class Reader {
   std::string read_word(const toml::node& node, std::string_view key,
                         std::span<const std::string_view> choices, Index index = {}) const;
 
-  /// Returns the TOML node of a required key; null if the key is missing. Then finish() throws Error.
+  /// Returns the TOML node of a required key. Returns null if the key is missing; finish(), which is called
+  /// after the last key, then throws Error.
   const toml::node* look_up(std::string_view key);
   /// Throws Error with the message "KEY what" and the place of the key. With `index`, the place is the
   /// element of the key's list.
@@ -227,11 +229,12 @@ class Reader {
   std::string path_;
   std::set<std::string, std::less<>> known_;
   std::string missing_;        ///< the first required key that is missing
-  bool lacks_choice_ = false;  ///< true if a missing key is a choice, which decides which other keys exist
+  bool lacks_choice_ = false;  ///< true if a key is missing that decides which other keys exist, such as
+                               ///< `kind`
 };
 
-/// The visitor that writes a struct as TOML. A Remark decides which keys are written, and which comment
-/// follows each value.
+/// The visitor that writes a struct as TOML. For each key, it calls a function, the Remark (setting.h). The
+/// Remark decides whether the key is written, and returns the comment that follows the value.
 class Writer {
  public:
   enum class Layout : std::uint8_t {
@@ -239,7 +242,7 @@ class Writer {
     columns,  ///< layout of a file: equals signs and comments are aligned; floating-point numbers have a
               ///< decimal point
     model,    ///< layout of a model file: numbers have limited digits, descriptions are comments
-    schema    ///< only calls the Remark, for all keys and tables, also if another layout would omit them
+    schema    ///< calls the Remark (setting.h) for every key and table, even if another layout would omit it
   };
   /// `table` is the TOML name of the table that contains the struct's keys; empty for the root of the file.
   Writer(Layout layout, Remark remark, std::string table = {})
@@ -249,9 +252,10 @@ class Writer {
   void required(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     line(key, value, text_of(key, value, about.digits), true, about, choices_of<T>(), range);
   }
-  /// Writes an optional key. Omits an infinite number, an empty text or an empty list of words. The Remark
-  /// receives is_required = true if `about.otherwise` is set and the value is not a word or a list of words.
-  /// The default of such a key is not the initial value of the member, so an initial value is also written.
+  /// Writes an optional key. Omits an infinite number, an empty text or an empty list of words. If
+  /// `about.otherwise` is set, the default of the key is not the initial value of the member. The Remark then
+  /// receives is_required = true, so that it does not omit a key with the initial value. Exception: words and
+  /// lists of words are never required.
   template <class T>
   void optional(std::string_view key, const T& value, Range range = any, const About& about = {}) {
     bool is_left_out = false;
@@ -267,8 +271,9 @@ class Writer {
               const About& about = {}) {
     line(key, value, text_of(key, value), true, about, choices);
   }
-  /// Writes a limit. `in_its_place` is the limit in force if the key is missing; infinite: no limit. A finite
-  /// `in_its_place` is written as a comment, because it is not the value of the key.
+  /// Writes a limit. If the key is missing, `in_its_place` is the default that applies to transitions only;
+  /// else it is infinite. The layout `plain` writes a default as a comment, because it is not the value of
+  /// the key. Other layouts omit the missing key.
   void limit_or_inf(std::string_view key, const double& value, double in_its_place, const About& about = {});
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {

@@ -61,7 +61,7 @@ std::string unit_of(std::string_view key);
 /// The description of a key, for the tables of docs/configuration/*.md and the comments of a model file.
 struct About {
   std::string_view meaning{};
-  std::string_view otherwise{};    ///< a default that is not a fixed value, in words: "of the model"
+  std::string_view otherwise{};    ///< text in place of a default that is not a fixed value: "of the model"
   std::optional<Effect> effect{};  ///< when a change takes effect; nullopt: as for the key's table
   int digits = 17;                 ///< significant digits in a model file; 17 digits restore the same double
 };

@@ -46,7 +46,7 @@ const toml::node* child_of(const toml::node& node, const std::string& part) {
 /// The lines of a table's own keys, without the lines of its sub-tables.
 struct OwnLines {
   std::size_t last = 0;
-  std::size_t last_key = 0;  ///< line at which the table's last value begins
+  std::size_t last_key = 0;  ///< line of the table's last key; its value may end on a later line, `last`
   bool has_tables = false;   ///< true if the table has sub-tables with headers of their own
 };
 

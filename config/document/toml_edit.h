@@ -25,7 +25,7 @@ class TomlEdit {
  public:
   /// Throws Error if `text` is not valid TOML. `name` is the name of the text in error messages.
   TomlEdit(std::string text, std::string name);
-  TomlEdit(TomlEdit&&) = default;  ///< not copyable: a copy of toml++'s nodes loses their lines and columns
+  TomlEdit(TomlEdit&&) = default;  ///< movable only: a copy of toml++'s nodes would lose lines and columns
   /// Reads `file`, a regular file of at most `largest` bytes.
   static TomlEdit of_file(const std::filesystem::path& file, std::size_t largest = largest_configuration);
 

@@ -38,11 +38,11 @@ std::size_t end_of_string(std::string_view text, std::size_t at) {
   return text.size();
 }
 
-/// Scans a TOML text character by character for content that the TOML library can't parse safely. Strings and
-/// comments are added as a whole.
+/// Checks a TOML text for content that the TOML library can't parse safely. The caller passes the text in
+/// order: each string and each comment as a whole, the rest character by character.
 class Scan {
  public:
-  /// Adds the next character outside strings and comments. Returns the problem with it, or null.
+  /// Checks the next character outside strings and comments. Returns a description of the problem, or null.
   const char* add(char c) {
     constexpr std::string_view before_a_value = " \t\r\n=,[{";
     constexpr std::string_view behind_a_number = " \t\r\n,]}";
@@ -56,9 +56,9 @@ class Scan {
     return count(c);
   }
   void add_comment() { in_number_ = false; }
-  /// Adds a TOML string. Returns the problem with it, or null. The TOML library skips two texts without
-  /// checking the characters, so problems there must be found here: the white space after a backslash in a
-  /// multi-line string, and the rest of a number.
+  /// Checks a TOML string. Returns a description of the problem, or null. The TOML library does not check two
+  /// texts: the white space after a backslash in a multi-line string, and the characters from an error within
+  /// a number to the next separator. A wrong character there is a problem that this class must find.
   const char* add_string(std::string_view string) {
     if (in_number_) return "a string directly after a number";
     last_ = string.front();
