@@ -138,7 +138,8 @@ Actuator Actuator::load(const std::filesystem::path& file, bool beyond_limit) {
 
 Actuator Actuator::quasi_static() const {
   Actuator hysteresis_only = *this;
-  // The copy of the model has its own pointer, so a memory of the whole actuator does not fit this actuator.
+  // A memory fits an actuator only if both point to the same model. Copy the model, so that a memory with the
+  // creep of the whole actuator is refused.
   hysteresis_only.model = std::make_shared<const model::AnyModel>(*model);
   hysteresis_only.lag = {.delay_s = lag.delay_s};
   return hysteresis_only;

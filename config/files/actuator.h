@@ -29,13 +29,13 @@ struct Pass {
 };
 
 /// The memory of an actuator: the state of its hysteresis, and of its creep if the model has creep. With
-/// creep, each row needs a time, and the times must increase.
+/// creep, each input needs a time, and the times must increase.
 class ActuatorMemory {
  public:
   static constexpr std::size_t capacity = 4096;  ///< maximum number of hysteresis branches in the memory
 
-  /// Starts on the initial ascending curve, at the lower threshold of the input. The creep is assumed to have
-  /// settled before the first row.
+  /// Starts at the lower end of the model's input range, on the initial ascending curve. The creep is assumed
+  /// to have settled before the first input.
   ActuatorMemory(SharedModel model, const std::optional<model::OutputCreep::Config>& creep);
   /// Loads a memory file. If the file has no creep, the creep is settled at the first row. Throws Error if
   /// the file is invalid, belongs to another model, or has creep that this model does not have.
@@ -48,7 +48,7 @@ class ActuatorMemory {
   bool creeps() const { return creep_.has_value(); }
   double input() const;
   double output() const;
-  /// Returns the time of the last row; nullopt if the model has no creep, or before the first row.
+  /// Returns the time of the last input; nullopt if the model has no creep, or before the first input.
   std::optional<double> time_s() const;
   model::Interval reachable() const;
   /// Returns the inputs at the stored turning points, oldest first; empty for a model of play operators.
@@ -59,8 +59,9 @@ class ActuatorMemory {
   /// Computes the outputs for a series of inputs. `time_s` has the time of each input; it is only read if the
   /// actuator has creep.
   Pass simulate(std::span<const double> inputs, std::span<const double> time_s);
-  /// Computes the inputs that give the requested outputs. `time_s` is as for simulate(). `drive_sign` is the
-  /// sign of the computed inputs; -1 is only useful for a model with even symmetry.
+  /// Computes the inputs that give the requested outputs. `time_s` is as for simulate(). The function
+  /// multiplies the inputs by `drive_sign`, 1 or -1. Use -1 only for a model with even symmetry, x(v) =
+  /// x(-v), whose outputs are the same for the negative inputs.
   Pass inverse(std::span<const double> outputs, std::span<const double> time_s, double drive_sign);
 
  private:
@@ -72,8 +73,8 @@ class ActuatorMemory {
 };
 
 struct Actuator {
-  /// Loads a model file. With `beyond_limit`, also accepts a model in which some branches do not increase.
-  /// Throws Error if the file is invalid.
+  /// Loads a model file. Throws Error if the file is invalid. With `beyond_limit`, also accepts a model in
+  /// which some branches do not increase, because a convergence rate k exceeds its limit.
   static Actuator load(const std::filesystem::path& file, bool beyond_limit);
   static Actuator of(model::AnyModel model, std::string name, const identification::Lag& lag = {});
 

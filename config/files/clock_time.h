@@ -23,8 +23,9 @@ bool is_date(std::string_view text);
 /// earlier than the time before it belongs to the next day.
 class ClockColumn {
  public:
-  /// Converts the next time of the column. Returns nullopt if the text is not a time, if the date changes but
-  /// the time of day does not fall by more than half a day, or if the time goes back to the day before.
+  /// Converts the next time of the column. Returns nullopt in three cases. The text is not a time. Or the
+  /// date is new, but the time of day did not fall by more than half a day, as it does after midnight. Or a
+  /// time without a date rises by more than half a day: it is then from the day before.
   std::optional<double> seconds(std::string_view text);
 
  private:

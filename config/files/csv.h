@@ -81,12 +81,13 @@ class CsvLines {
   std::size_t number() const { return line_number_; }
   const std::filesystem::path& file() const { return file_; }
 
-  /// Tells next() to store no further comments.
+  /// Tells next() to store no further comments: comment() returns only comments above the header.
   void end_comments() { keeps_comments_ = false; }
   /// Returns TEXT of a stored comment `# NAME = TEXT`; empty if there is none.
   std::string comment(std::string_view name) const;
 
-  /// Returns a sentence for each omission at the end of the file: a cut last line, zero bytes.
+  /// Returns a sentence for each part at the end of the file that next() ignored: an incomplete last line,
+  /// zero bytes.
   std::vector<std::string> notes() const { return notes_of_end(is_cut_, zeros_); }
   std::uint64_t bytes_read() const { return bytes_read_; }
 
@@ -102,7 +103,7 @@ class CsvLines {
   std::unique_ptr<std::istream> stream_;
   std::vector<std::string> comments_;
   bool keeps_comments_ = true;
-  std::unique_ptr<char[]> buffer_;  ///< has room for the longest line; only its used pages need memory
+  std::unique_ptr<char[]> buffer_;  ///< room for the longest line, 1 MiB; unused pages take no memory
   std::string_view line_;
   std::size_t line_number_ = 0;
   bool has_content_ = false, ends_in_mid_line_ = false, is_cut_ = false;
@@ -135,7 +136,8 @@ class CsvReader {
   /// Returns TEXT of a line `# NAME = TEXT` before the header; empty if there is none.
   std::string comment(std::string_view name) const { return lines_.comment(name); }
 
-  /// Returns a sentence for each omission at the end of the file: a cut last row, zero bytes.
+  /// Returns a sentence for each part at the end of the file that next() ignored: an incomplete last row,
+  /// zero bytes.
   std::vector<std::string> notes() const { return lines_.notes(); }
   std::uint64_t bytes_read() const { return lines_.bytes_read(); }
   std::size_t line_number() const { return lines_.number(); }

@@ -17,7 +17,8 @@ namespace {
 
 constexpr std::array<std::string_view, 3> usual_names{"time_s", "input", "output"};
 
-/// Returns a score of how likely the column has this meaning, from its name and its unit; 0: it has not.
+/// Returns a score of how likely the column has this meaning, from its name and its unit. 0: the column has
+/// another meaning.
 int likeness(const CsvColumn& column, ColumnMeaning meaning) {
   int points = name_likeness(lower_case(column.name), meaning);
   const UnitWord* unit = find_unit(column.unit);
@@ -210,7 +211,8 @@ class ColumnSelector {
     return std::ranges::adjacent_find(sorted) != sorted.end();
   }
 
-  /// The index of the likeliest column; and true if no other column is equally likely.
+  /// The index of the column that is most likely the time, the input or the output; nullopt if no column is
+  /// likely. The second member is true if no other column is equally likely.
   using Likeliest = std::pair<std::optional<std::size_t>, bool>;
 
   Likeliest likeliest(ColumnMeaning meaning) const {
@@ -228,8 +230,9 @@ class ColumnSelector {
   }
 
   /// Returns the time column of the input and the time column of the output. The second one is nullopt if
-  /// input and output share the time. Input and output have separate times if several time columns have the
-  /// same title, and the nearest one before the input is not the nearest one before the output.
+  /// input and output share the time. They have separate times if several time columns have the same title,
+  /// and different ones of these columns are the nearest to the left of the input and to the left of the
+  /// output.
   std::pair<Likeliest, std::optional<std::size_t>> times_of(const Likeliest& input,
                                                             const Likeliest& output) const {
     const Likeliest time = likeliest(ColumnMeaning::time);

@@ -34,9 +34,10 @@ struct DatasetColumns {
 /// position.
 DatasetColumns dataset_columns(const LabCsvReader& reader, const DatasetLayout& layout);
 
-/// Decides the columns of a file that has one channel, the input or the output. The result names this channel
-/// as both input and output. If the file has two columns, the first is the time. The option --columns is
-/// TIME,VALUE, and a second pair may follow for the file of the output.
+/// Decides the columns of a file that has one channel, the input or the output, and perhaps a time. The
+/// result names this channel as both input and output. If the file has two columns, the first is the time.
+/// The option --columns is TIME,VALUE for both files, or TIME,VALUE,TIME,VALUE for the file of the input and
+/// the file of the output; with --rate, TIME is omitted.
 DatasetColumns channel_columns(const LabCsvReader& reader, const DatasetLayout& layout,
                                ColumnMeaning channel);
 

@@ -27,8 +27,9 @@ std::pair<std::string, double> unit_of(const LabCsvReader& reader, const char* n
 }
 
 /// A unit in which a clock may count the time since 1970. In a column without a unit, counts from `first` to
-/// `last` (the years 2008 to 2036) with steps up to `longest_step` (one second) are times since 1970. A clock
-/// that counts from its own start in the next smaller unit has no such counts in its first 13 days.
+/// `last` (the years 2008 to 2036) with steps up to `longest_step` (one second) are times since 1970. They
+/// could also be in the next smaller unit, from a clock that started at 0. But such a clock reaches `first`
+/// only after 13 days.
 struct Epoch {
   double first, last, longest_step, unit_s;
   const char* name;
@@ -172,9 +173,9 @@ class RowLoader {
   }
 
   /// Returns the duration of one unit of the time column, in s, for a file with a sampling rate. `step` is
-  /// the difference of the first two values. Throws Error if `step` does not agree with the rate and the
-  /// values are not sample numbers. If the column has no unit, the function tries s, ms, us and ns for a
-  /// `step` above 1.
+  /// the difference of the first two times. If the column has a unit, `step` must agree with the rate. If it
+  /// has no unit, the function tries s, ms, us and ns for a `step` above 1. Any other whole `step` belongs to
+  /// sample numbers, and a fraction is in s. Throws Error if `step` does not agree with the rate.
   double seconds_beside_rate(double step) {
     const double unit_s = columns_.time_unit_s.value_or(1.0);
     constexpr double same = 1e-6;

@@ -23,7 +23,8 @@ struct DatasetLayout {
   std::optional<double> output_scale{};    ///< um per base unit of the output: um per V if the file has mV
   std::filesystem::path output_from{};     ///< file with the output; empty: the output is in the same file
   std::optional<double> from_s{}, to_s{};  ///< rows before from_s and after to_s are ignored
-  bool has_interval_options = false;       ///< true: the command has --from and --to; messages may name them
+  bool has_interval_options = false;       ///< true: the command has the options --from and --to, so that
+                                           ///< error messages may suggest them
 };
 
 /// Maximum number of rows in a dataset. A dataset needs 24 bytes of memory per row, and memory for the text
@@ -32,7 +33,8 @@ inline constexpr std::size_t most_dataset_rows = 50'000'000;
 
 struct DatasetFile {
   identification::Dataset dataset;  ///< values converted to base units: ms to s, mV to V, mA to A
-  std::string taken;                ///< choices to tell the user, such as "time from t in ms"; may be empty
+  std::string taken;                ///< text about the columns and the rate that the reader selected, such as
+                                    ///< "time from t in ms"; may be empty
   std::vector<std::string> notes;   ///< a sentence for each assumption and each ignored part of the file
 };
 

@@ -36,7 +36,7 @@ std::string memory_text(const Model& model, const typename Model::State& state) 
 /// with the additional table [stop].
 struct SavedState {
   model::HysteresisState memory;
-  std::vector<std::vector<double>> learnt;  ///< corrections that the controller learnt, for each segment
+  std::vector<std::vector<double>> learnt;  ///< corrections learnt for each segment of the reference
 };
 /// Reads a saved state. Throws Error if the file is invalid or incomplete, or if the state belongs to another
 /// model.

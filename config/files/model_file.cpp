@@ -16,8 +16,8 @@ namespace hystcan::config {
 namespace {
 
 /// The average model is a recursive-memory model whose two reference curves are replaced by their mean. Its
-/// file has no k_ascending and k_descending. Only model files have "average" as a kind; the program has no
-/// such class.
+/// file has no k_ascending and k_descending. Only model files have the kind "average": the loaded model is a
+/// model::Hysteresis with two equal curves.
 constexpr std::string_view average_kind = "average";
 
 constexpr std::array<std::string_view, 5> model_kinds{

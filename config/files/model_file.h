@@ -26,7 +26,8 @@ model::AnyParameters load_any_parameters(const std::filesystem::path& file);
 model::HysteresisParameters load_model(const std::filesystem::path& file);
 
 /// Reads a model of the kind recursive-memory like load_model(), but also accepts a model in which some
-/// branches do not increase (see model::Hysteresis::beyond_limit).
+/// branches do not increase, because a convergence rate k exceeds its limit
+/// (model::Hysteresis::beyond_limit).
 model::Hysteresis load_model_beyond_limit(const std::filesystem::path& file);
 
 /// The optional table [identification] of a model file: how well the model fits the dataset from which it was

@@ -5,9 +5,10 @@
 //   1.234                 the point can be either: the other numbers of the file decide
 //
 // The mark in an ambiguous number is taken as the decimal sign unless other numbers contradict. If other
-// numbers show that the file has another decimal sign, the mark is taken as a thousands sign. This is
-// accepted only if the column of each ambiguous number also has whole numbers below 1000 and none above;
-// otherwise the file is refused.
+// numbers show that the file has another decimal sign, the mark is taken as a thousands sign. A column with
+// thousands signs has no mark in whole numbers below 1000, and a mark in all larger ones. Therefore, if no
+// number such as 1.234.567 proves the thousands sign, the column of each ambiguous number must have whole
+// numbers of up to three digits and none with more digits; otherwise the file is refused.
 #pragma once
 
 #include <cstddef>
@@ -58,6 +59,7 @@ class SignSurvey {
   };
   struct Column {
     /// True if the column has a whole number with up to three digits (small), or with more digits (large).
+    /// separates_thousands() uses both.
     bool has_small = false, has_large = false;
     bool has_ambiguous[2] = {false, false};
   };

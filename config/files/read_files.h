@@ -40,8 +40,9 @@ class ReadFiles {
     std::optional<Stamp> stamp;
     bool is_used = true;
   };
-  /// Returns time and size of the file, to detect a change. Returns nullopt if the file was written so
-  /// recently that another write could get the same time: the file is then read again.
+  /// Returns time and size of the file, to detect a change. Returns nullopt if the file was written in the
+  /// last two seconds. Another write could then get the same time, and the change would not be detected. A
+  /// file without a stamp is therefore read again.
   static std::optional<Stamp> stamp_of(const std::filesystem::path& file) {
     // The coarsest time resolution of all file systems: the resolution of FAT.
     constexpr auto coarsest_clock = std::chrono::seconds(2);

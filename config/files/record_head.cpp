@@ -137,8 +137,8 @@ class HeadReader {
   }
 
   /// Returns the units in a line; nullopt if this is not a line of units. In a line of units, each field
-  /// above a column of numbers is a known unit. If the first of these fields is a unit of time, or a name
-  /// such as "sample", only half of the fields must be known units.
+  /// above a column of numbers is a known unit. If the first field is a unit of time or a name such as
+  /// "sample", this is probably a line of units, so that half of the fields may have unknown units.
   std::optional<std::vector<std::string>> units_in(const TextLine& line) const {
     const std::string_view text =
         trimmed(line.text.substr(std::min(line.text.find_first_not_of("#% \t"), line.text.size())));
@@ -233,9 +233,9 @@ class HeadReader {
     return false;
   }
 
-  // A setting has a known name ("Sample Interval"). Its value is in the same field or in the next fields.
-  // A rate may also be in the field below.
-
+  /// Reads the sampling rate and the units from the instrument's settings. A setting has a known name, such
+  /// as "Sample Interval". Its value is in the same field or in the next fields. A rate may also be in the
+  /// next line, in the field below the name.
   void read_settings(const std::vector<TextLine>& lines) {
     std::vector<StatedRate> rates;
     for (std::size_t n = 0; n < lines.size(); ++n) {
@@ -264,8 +264,8 @@ class HeadReader {
     if (!rates.empty() && std::ranges::all_of(rates, is_first)) head_.rate = rates.front();
   }
 
-  /// Returns the sampling rate in Hz from a lower-case text such as "5 khz", "[hz] 5000" or "ch1:0.01
-  /// ch2:0.01". Returns nullopt if the text has no rate or an ambiguous rate.
+  /// Returns the sampling rate in Hz. `text`, in lower case, is a rate ("5 khz", "[hz] 5000") or an interval
+  /// ("0.2 ms", "ch1:0.01 ch2:0.01" in s); see `setting`. Returns nullopt for a missing or ambiguous rate.
   static std::optional<double> rate_of(std::string_view text, RecordSetting setting) {
     std::size_t begin = 0;
     const auto is_start = [&](std::size_t at) {
@@ -320,15 +320,15 @@ class HeadReader {
   /// A unit in an instrument setting, and the column to which the unit belongs.
   struct UnitSetting {
     bool is_of_time = false, is_alone = false;
-    std::string_view channel{};              ///< channel that the setting names: CH1 in CH1:V; else empty
+    std::string_view channel{};              ///< name before a unit: CH1 in CH1:V; empty: no name
     std::size_t target = std::string::npos;  ///< index of the column that gets the unit; npos: unknown
     std::size_t field = 0;                   ///< index of the field that contains the unit
   };
 
   /// Assigns the units of a setting to columns. In `CH1:V CH2:mV`, each unit belongs to the column with the
   /// name before the colon. Units without names belong to the columns in order if there are as many units as
-  /// columns (targets_of()); otherwise each unit belongs to the column below it. A single unit belongs to all
-  /// columns except the time.
+  /// columns (targets_of()). Otherwise the position of a unit in its line is the position of its column. If a
+  /// single unit is at the first column of numbers or at none, it belongs to all columns except the time.
   void take_units(const Fields& fields, std::size_t at, RecordSetting setting, std::string_view rest) {
     const std::vector<ValueOfField> values = values_of(fields, at, rest);
     const std::vector<std::size_t> targets = targets_of(values.size());
