@@ -45,13 +45,13 @@ enum class NmtState : std::uint8_t {
 inline constexpr std::uint32_t nmt_id = 0x000;
 inline constexpr std::uint32_t sync_id = 0x080;
 inline constexpr std::uint32_t emergency_base = 0x080;
-inline constexpr std::uint32_t transmit_pdo_base = 0x180;  ///< plus node id: AmpStatus and SensorSample
-inline constexpr std::uint32_t receive_pdo_base = 0x200;   ///< plus node id: AmpCommand
+inline constexpr std::uint32_t transmit_pdo_base = 0x180;  ///< 0x180 + node id: AmpStatus, SensorSample
+inline constexpr std::uint32_t receive_pdo_base = 0x200;   ///< 0x200 + amplifier's node id: AmpCommand
 inline constexpr std::uint32_t controller_status_base = 0x280;
 inline constexpr std::uint32_t setpoint_base = 0x300;
 inline constexpr std::uint32_t scan_marker_base = 0x380;
-inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< plus node id: response of the server
-inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< plus node id: request to the server
+inline constexpr std::uint32_t sdo_response_base = 0x580;  ///< 0x580 + server's node id: SDO response
+inline constexpr std::uint32_t sdo_request_base = 0x600;   ///< 0x600 + server's node id: SDO request
 inline constexpr std::uint32_t heartbeat_base = 0x700;
 inline constexpr std::uint8_t sync_counter_max = 240;  ///< the SYNC counter runs from 1 to 240
 

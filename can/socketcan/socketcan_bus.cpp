@@ -253,7 +253,7 @@ class SocketCanBus::Impl : public std::enable_shared_from_this<Impl> {
   std::optional<SocketAlarm> alarm_;                      ///< ends the wait in receive_before()
   std::optional<Time> alarm_at_;
   SteadyTimer retry_timer_;    ///< time of the next search for the interface after it was lost
-  SteadyTimer restart_timer_;  ///< time of the next query whether bus-off has ended
+  SteadyTimer restart_timer_;  ///< in bus-off, time of the next query of the controller's state
   ReceiveBatch batch_;
   Interface at_start_;
   Refusal refusal_ = Refusal::none;
