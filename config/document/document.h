@@ -103,7 +103,7 @@ class Reader {
   /// uses `in_its_place`.
   void limit_or_inf(std::string_view key, double& value, double in_its_place, const About& = {});
 
-  /// Reads a sub-table that may be missing; `value` is then empty.
+  /// Reads a sub-table that may be missing. If the sub-table is missing, `value` does not change.
   template <class T, class Visit>
   void optional_table(std::string_view key, std::optional<T>& value, Visit visit) {
     known_.emplace(key);

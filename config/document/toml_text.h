@@ -24,7 +24,7 @@ std::string toml_string(std::string_view text);
 /// character becomes a space.
 std::string toml_comment(std::string_view lines);
 
-/// The name of the expected content in the error messages of read_regular_file().
+/// read_regular_file() names this as the expected content in its error messages.
 inline constexpr const char* a_toml_file = "a TOML file";
 
 /// Parses TOML text. Throws Error `NAME:LINE:COLUMN: PROBLEM, expected TOML` if the text is invalid. `origin`

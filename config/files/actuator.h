@@ -21,7 +21,8 @@ namespace hystcan::config {
 
 using SharedModel = std::shared_ptr<const model::AnyModel>;
 
-/// The result of ActuatorMemory::simulate() or ActuatorMemory::inverse() for a series of rows.
+/// The result of ActuatorMemory::simulate() or ActuatorMemory::inverse(). Each list has one value for each
+/// value that the caller passed.
 struct Pass {
   std::vector<double> inputs;  ///< result of inverse(): inputs for the requested outputs; else empty
   std::vector<double> outputs;

@@ -28,7 +28,7 @@ inline constexpr std::size_t longest_csv_line = 1'048'576;  ///< maximum length 
 inline constexpr std::size_t most_comments = 1000;
 inline constexpr std::size_t longest_comment = 1024;  ///< maximum length of a stored comment line, bytes
 
-/// The name of the expected content in the error messages of open_input().
+/// open_input() and read_regular_file() name this as the expected content in their error messages.
 inline constexpr const char* a_csv_file = "a CSV file";
 
 /// Returns the text without blanks and tabs at both ends.
