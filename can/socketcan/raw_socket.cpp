@@ -19,7 +19,7 @@ namespace {
 
 // The size of the socket's send buffer. The kernel doubles it: the buffer then has space for seven or eight
 // classical frames, depending on the kernel. This is about one cycle: two axes send eight frames in their
-// busiest cycle. The kernel refuses any further frame instead of queueing it, because it would be outdated.
+// busiest cycle. The kernel refuses any further frame, which would be outdated when it is sent.
 constexpr int send_buffer_bytes = 3072;
 
 constexpr std::chrono::seconds oldest_credible_stamp{1};
