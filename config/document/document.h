@@ -271,9 +271,9 @@ class Writer {
               const About& about = {}) {
     line(key, value, text_of(key, value), true, about, choices);
   }
-  /// Writes a limit. If the key is missing, `in_its_place` is the default that applies to transitions only;
-  /// else it is infinite. The layout `plain` writes a default as a comment, because it is not the value of
-  /// the key. Other layouts omit the missing key.
+  /// Writes a limit. If the key is missing, `in_its_place` is the default, which applies to transitions only.
+  /// If the key is present, `in_its_place` is infinite. The layout `plain` writes the default as a comment,
+  /// because it is not the value of the key. Other layouts omit a missing key.
   void limit_or_inf(std::string_view key, const double& value, double in_its_place, const About& about = {});
   template <class T, class Visit>
   void table(std::string_view key, T& value, Visit visit) {

@@ -56,9 +56,9 @@ class Scan {
     return count(c);
   }
   void add_comment() { in_number_ = false; }
-  /// Checks a TOML string. Returns a description of the problem, or null. The TOML library does not check two
-  /// texts: the white space after a backslash in a multi-line string, and the characters from an error within
-  /// a number to the next separator. A wrong character there is a problem that this class must find.
+  /// Checks a TOML string. Returns a description of the problem, or null. The TOML library does not check the
+  /// characters of two texts: the white space after a backslash in a multi-line string, and the text between
+  /// a number and the next separator. This function must therefore find wrong characters there.
   const char* add_string(std::string_view string) {
     if (in_number_) return "a string directly after a number";
     last_ = string.front();

@@ -21,8 +21,8 @@ namespace hystcan::config {
 
 using SharedModel = std::shared_ptr<const model::AnyModel>;
 
-/// The result of ActuatorMemory::simulate() or ActuatorMemory::inverse(). Each list has one value for each
-/// value that the caller passed.
+/// The result of ActuatorMemory::simulate() or ActuatorMemory::inverse(). The lists have one value for each
+/// input of simulate(), or for each requested output of inverse().
 struct Pass {
   std::vector<double> inputs;  ///< result of inverse(): inputs for the requested outputs; else empty
   std::vector<double> outputs;
@@ -61,8 +61,8 @@ class ActuatorMemory {
   /// actuator has creep.
   Pass simulate(std::span<const double> inputs, std::span<const double> time_s);
   /// Computes the inputs that give the requested outputs. `time_s` is as for simulate(). The function
-  /// multiplies the inputs by `drive_sign`, 1 or -1. Use -1 only for a model with even symmetry, x(v) =
-  /// x(-v), whose outputs are the same for the negative inputs.
+  /// multiplies the inputs by `drive_sign`, 1 or -1. Use -1 only for a model with even symmetry, in which an
+  /// input and its negative give the same output.
   Pass inverse(std::span<const double> outputs, std::span<const double> time_s, double drive_sign);
 
  private:
