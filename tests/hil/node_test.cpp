@@ -263,7 +263,8 @@ TEST_F(IcountAnalogueNode, RefusesUnavailableChannelsInOneLine) {
     return text;
   };
   const std::string output = "drive_output = { subdevice = 1, channel = 0";
-  EXPECT_NE(refusal(output, "drive_output = { subdevice = 1, channel = 9").find("it has 8 analogue outputs"),
+  EXPECT_NE(refusal(output, "drive_output = { subdevice = 1, channel = 9")
+                .find("the subdevice has 8 analogue outputs"),
             std::string::npos);
   EXPECT_NE(refusal(output, output + ", range = \"0..10 V\"")
                 .find("has no range \"0..10 V\"; available ranges: -10..10 V, -5..5 V"),
