@@ -32,7 +32,7 @@ Motion without_acceleration(const Motion& motion) {
   return {.value_um = motion.value_um, .velocity_um_per_s = motion.velocity_um_per_s};
 }
 
-/// Returns the position at which a braking of this duration ends.
+/// Returns the position at which the stage comes to rest if it brakes from the motion `from` in `duration_s`.
 double stand_um(const Motion& from, double duration_s) {
   return from.value_um +
          duration_s * (from.velocity_um_per_s / 2.0 + duration_s * from.acceleration_um_per_s2 / 12.0);
@@ -43,7 +43,8 @@ double stand_um(const Motion& from, double duration_s) {
 std::array<double, 2> roots_within_the_way(double p0, double p1, double p2) {
   const double discriminant = p1 * p1 - 4.0 * p2 * p0;
   if (!(discriminant > 0.0)) return {};
-  // Both terms of this sum have the same sign, so the sum loses no digits.
+  // The roots are q / p2 and p0 / q. The two terms in the bracket of q have the same sign, so that their sum
+  // loses no digits.
   const double q = -0.5 * (p1 + std::copysign(std::sqrt(discriminant), p1));
   return {std::clamp(q / p2, 0.0, 1.0), std::clamp(p0 / q, 0.0, 1.0)};
 }
@@ -151,7 +152,8 @@ double Transition::curvature(double s) const {
 }
 
 /// Returns the maximum acceleration: at the beginning, or at a zero of the jerk. The acceleration is 0 at the
-/// end. With the coefficients c_k of s^k in the position, the jerk is
+/// end. The position is a polynomial in s, the elapsed share of the duration, with the coefficients c_k of
+/// s^k. The third derivative of the position by s is
 ///
 ///   6 c_3 + 24 c_4 s + 60 c_5 s^2
 double Transition::peak_acceleration_um_per_s2() const {

@@ -77,7 +77,7 @@ class Transition {
                                             const Goal& to_um);
   bool keeps(const ReferenceLimits& limits) const;
   double slope(double s) const;      ///< derivative of the position by s, the elapsed share of the duration
-  double curvature(double s) const;  ///< second derivative of the position by s
+  double curvature(double s) const;  ///< second derivative of the position by the elapsed share s
 
   std::array<double, 6> c_{};
   double to_um_ = 0.0;
