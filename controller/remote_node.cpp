@@ -151,7 +151,8 @@ void RemoteNode::note_no_such_sync(std::uint8_t sync_counter) {
   note({.kind = NodeEvent::Kind::no_such_sync, .node = node_, .sync_counter = sync_counter});
 }
 
-// A frame that arrives after the next SYNC counts as inside the slot too: it may have waited for the bus.
+// The slot of a node is the cycle after certain SYNCs. A frame that arrives one cycle after the slot also
+// counts as inside the slot, because the frame may have waited for the bus.
 void RemoteNode::note_background_frame(std::uint8_t sync_counter, unsigned slots) {
   constexpr unsigned certain = 3;  // one or two frames may be late because the bus is full
   const auto before = static_cast<std::uint8_t>(sync_counter - 1);

@@ -16,7 +16,7 @@
 
 namespace hystcan::controller {
 
-/// A frame from another node that only this controller may send.
+/// A frame that another node sent, although only this controller may send it.
 struct ForeignFrame {
   enum class Kind : std::uint8_t { sync, heartbeat, command, axis_status };
   Kind kind = Kind::sync;
@@ -43,7 +43,7 @@ struct NodeEvent {
   can::NmtCommand command{};      ///< the foreign command; only for the kind foreign_nmt
   can::SdoObject object{};        ///< the written object; only for the kind foreign_sdo
   std::uint8_t sync_counter = 0;  ///< SYNC counter; only for the kinds no_such_sync and outside_slot
-  unsigned slots = 0;             ///< number of slots; only for the kind outside_slot
+  unsigned slots = 0;             ///< number of cycles in a round of slots; only for the kind outside_slot
   ForeignFrame frame{};           ///< the foreign frame; only for the kind another_controller
   std::uint32_t times = 1;        ///< number of equal consecutive events that this event stands for
 };
@@ -144,7 +144,9 @@ class RemoteNode {
   can::SdoSetup setup_;
   ForeignAccess foreign_;
   std::uint64_t outside_slot_ = 0;
-  unsigned more_outside_ = 0;  ///< frames outside the slot minus frames inside, at least 0
+  /// Increases by one if a heartbeat or a periodic status arrives outside the slot of the node, and decreases
+  /// by one if it arrives inside. Never below 0.
+  unsigned more_outside_ = 0;
   bool keeps_slot_ = true;
   bool failure_noted_ = false;
   bool alarm_ = false;

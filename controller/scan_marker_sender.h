@@ -24,7 +24,7 @@ class ScanMarkerSender {
 
  private:
   can::Encoder<can::ScanMarker> encode_;
-  std::optional<ScanPlace> place_;  ///< place of the scan in the last step
+  std::optional<ScanPlace> place_;  ///< place of the scan in the previous step of the axis
   std::optional<can::ScanMarker> due_;
 };
 

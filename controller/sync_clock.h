@@ -4,8 +4,8 @@
 //
 //   reference time = time - waited,    waited = sum of the latenesses of such SYNCs
 //
-// From SYNC to SYNC, the reference time advances by half a cycle to one and a half cycles. If the references
-// wait, the reference time advances by at most one cycle.
+// From SYNC to SYNC, the reference time advances by half a cycle to one and a half cycles. If the second SYNC
+// is late by more than half a cycle, the reference time advances by at most one cycle.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ class SyncClock {
   void start(can::Time now, can::Duration to_first_sync);
   /// Begins the next cycle. Called when its SYNC is sent.
   void begin_cycle(can::Time now);
-  /// Sets the time of the last step of the axes to `now`. Called if no more SYNC is sent.
+  /// Makes time_s() return the time `now`. Called before the last step of the axes, which has no SYNC.
   void end(can::Time now) { cycle_.sync_sent = now; }
 
   const Cycle& cycle() const { return cycle_; }

@@ -28,8 +28,9 @@ void TimeStatistics::add(std::chrono::nanoseconds time) {
   ++histogram_[class_of(static_cast<std::uint64_t>(std::max<std::int64_t>(time.count(), 0)))];
 }
 
-/// Returns the class of a time. The highest bit of the time selects the doubling; the next `sub_bits` bits
-/// select the class within the doubling.
+/// Returns the index of the histogram class that contains the time `ns`. Each time below 2^sub_bits ns has
+/// its own class. All longer times with the same highest bit share 2^sub_bits classes; the `sub_bits` bits
+/// after the highest bit select one of these classes.
 std::size_t TimeStatistics::class_of(std::uint64_t ns) {
   if (ns < std::uint64_t{1} << sub_bits) return ns;
   const auto shift = static_cast<unsigned>(std::bit_width(ns)) - 1 - sub_bits;

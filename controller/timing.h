@@ -65,14 +65,14 @@ struct CycleTiming {
 };
 
 struct NamedTime {
-  std::string_view key;  ///< key of these times in JSON
+  std::string_view key;  ///< JSON key of the statistics to which `statistics` points
   std::string_view words;
   TimeStatistics CycleTiming::*statistics;
 };
 std::span<const NamedTime> cycle_times();
 
-/// Describes the times in one line. Example: `period 5000 x, mean 1000.0 us, SD 1.2 us, p99 1003.5 us, max
-/// 1010.2 us`.
+/// Describes the times in one line. Example for 5000 times: `period 5000 x, mean 1000.0 us, SD 1.2 us, p99
+/// 1003.5 us, max 1010.2 us`.
 std::string describe(std::string_view words, const TimeSummary& summary);
 
 }  // namespace hystcan::controller
