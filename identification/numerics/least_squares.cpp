@@ -17,10 +17,11 @@ namespace {
 using Eigen::Index;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
-// A column counts as dependent if its part that is orthogonal to the columns in use is shorter than this
-// share of its length.
+// A column of A counts as dependent on the columns that the active-set method uses, if its part that is
+// orthogonal to these columns is shorter than this share of its length.
 constexpr double dependent = 1e-12;
-// Minimum decrease of the residual that counts, relative to |b|.
+// A column of A whose unknown must not be negative is used only if it lowers |A x - b|^2 by more than the
+// square of this share of |b|.
 constexpr double no_gain = 10.0 * std::numeric_limits<double>::epsilon();
 
 std::vector<bool> marked(const std::vector<Index>& free, Index columns) {
@@ -73,7 +74,8 @@ class Triangular {
     }
   }
 
-  /// Returns the least-squares solution for the columns in use, in the order in which they entered.
+  /// Returns the x that minimises |A x - b| with only the columns in use. The elements of x are in the order
+  /// of the enter() calls for these columns.
   VectorXd solution() const {
     const Index n = in_use();
     MatrixXd triangle(n, n);
@@ -206,9 +208,9 @@ Inequalities active(const Inequalities& all, const VectorXd& dual) {
   return selected;
 }
 
-// Returns the shortest z with G z >= h, given as `all`. Divides h by its largest element, so that |z| is of
-// order one. This element is the distance from the origin to the farthest inequality. Returns z = 0 if this
-// distance is not larger than `rounding`.
+// Returns the shortest z that satisfies the inequalities G z >= h in `all`. |z| is at least `farthest`, the
+// largest element of h, because the rows of G have the length one. Returns z = 0 if `farthest` is at most
+// `rounding`. The dual problem uses h / `farthest`, so that its numbers are of order one.
 VectorXd least_distance(const Inequalities& all, double rounding) {
   const Index n = all.g.cols();
   const double farthest = all.h.size() == 0 ? 0.0 : all.h.maxCoeff();
@@ -217,8 +219,8 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   dual << all.g.transpose(), all.h.transpose() / farthest;
   const VectorXd last_unit = VectorXd::Unit(n + 1, n);
   const VectorXd u = solve_nonnegative(dual, last_unit);
-  // Equals 1 / (1 + |z|^2), with |z| as the length of the solution divided by `farthest`. It is nearly zero
-  // if the inequalities have no solution.
+  // Equals 1 / (1 + (|z| / farthest)^2) for the shortest z. If the inequalities contradict each other, there
+  // is no z, and `squared` is zero to rounding.
   const double squared = (dual * u - last_unit).squaredNorm();
   if (squared * too_far * too_far < 1.0)
     refuse("inequalities contradict each other, expected inequalities with a solution");

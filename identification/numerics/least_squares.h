@@ -57,8 +57,8 @@ struct Fit {
 };
 
 struct Triangle {
-  Eigen::MatrixXd r;      ///< upper triangle of the QR decomposition, p x p for p unknowns
-  Eigen::VectorXd right;  ///< right side of the triangle's equations
+  Eigen::MatrixXd r;      ///< upper triangle R from the QR decomposition of the weighted rows; square
+  Eigen::VectorXd right;  ///< c: the unknowns x minimise |R x - c|
   double rest = 0.0;      ///< norm of the residual of the best solution
 
   double residual(const Eigen::VectorXd& x) const;

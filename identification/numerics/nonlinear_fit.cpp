@@ -132,8 +132,9 @@ class Simplex {
   std::vector<Minimum> corners_;
 };
 
-/// Returns the sum in brackets of the second formula of confidence_of(): products g_n g_{n+l}' of all rows n
-/// and lags l, with a weight that decreases with the lag. g_n is row n of `scores`.
+/// Returns the sum of the products g_n g_{n+l}' over all rows n and all lags l. g_n is row n of `scores`: the
+/// derivatives of value n by the unknowns, times residual n. The weight of a product decreases with |l|.
+/// confidence_of() uses this sum for correlated residuals.
 Eigen::MatrixXd scatter(const Eigen::MatrixXd& scores) {
   const Eigen::Index rows = scores.rows();
   const auto reach = static_cast<Eigen::Index>(std::sqrt(static_cast<double>(rows)));

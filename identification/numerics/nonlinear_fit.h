@@ -25,7 +25,7 @@ struct NonlinearProblem {
   /// Returns the values of the model, f(x); returns `nullopt` if no valid model has the unknowns x.
   std::function<std::optional<Eigen::VectorXd>(const Eigen::VectorXd& x)> values;
   std::function<Eigen::MatrixXd(const Eigen::VectorXd& x)> jacobian;
-  Eigen::VectorXd wanted;  ///< values that the model should have (b)
+  Eigen::VectorXd wanted;  ///< b_i: wanted value for each element of values(x)
   Eigen::VectorXd weight;
   Eigen::MatrixXd g;
   Eigen::VectorXd h;
