@@ -22,10 +22,12 @@ namespace {
 using model::Dynamics;
 
 constexpr int most_passes = 8;
-// Number of passes that select the shape of the curves again; later passes keep the shape.
+// Number of first passes that also select the shape of the reference curves; later passes keep the shape. A
+// pass identifies the quasi-static model again, and then fits the dynamics.
 constexpr int passes_with_shape = 2;
 constexpr int steps_in_a_pass = 10;
-// Another pass follows if the error after a pass is below this share of the error before the pass.
+// A pass identifies the quasi-static model again, and then fits the dynamics. Another pass follows if the
+// error after a pass is below this share of the error before it.
 constexpr double worth_a_pass = 0.995;
 // Dynamics are refused if their error is above this share of the quasi-static error.
 constexpr double worth_dynamics = 0.97;

@@ -11,11 +11,12 @@ namespace {
 using Eigen::Index;
 using Eigen::VectorXd;
 
-// Number of cycles in inputs_ before the fitted cycles, in addition to the longest delay. One cycle is for
-// slope(), which also computes the response to a slightly longer delay. One cycle is for the previous input.
+// inputs_ repeats the first input for the longest delay, and for this number of further cycles. One cycle is
+// for slope(), which also uses a slightly longer delay. One cycle is for the input before the first step of
+// the simulation.
 constexpr Index cycles_before = 2;
-// Number of cycles in inputs_ after the fitted cycles: for a delay slightly below -1 cycle, and for the end
-// of long_response().
+// inputs_ repeats the last input for this number of cycles. With a negative delay, the mode follows later
+// inputs: slope() uses delays slightly below -1 cycle, and long_response() continues for one more cycle.
 constexpr Index cycles_after = 3;
 
 }  // namespace
@@ -27,8 +28,8 @@ struct ModeResponse::Lane {
   const double* drive;
   Eigen::Vector2d state;
 
-  /// Computes the positions of two modes in one loop. The processor then does each operation for both modes
-  /// at once.
+  /// Simulates two modes, `a` and `b`, in the same `for` loop. The processor then does each operation for
+  /// both modes at once. Writes the position of each mode in every cycle to `of_a` and `of_b`.
   static void run(const Lane& a, const Lane& b, Eigen::Ref<VectorXd> of_a, Eigen::Ref<VectorXd> of_b) {
     using Two = Eigen::Array2d;
     const Eigen::Matrix2d &from_a = a.mode.transition(), &from_b = b.mode.transition();
@@ -63,9 +64,9 @@ ModeResponse::ModeResponse(const SampledDataset& dataset, Index longest_delay)
   inputs_.rightCols<1>().setZero();
 }
 
-/// Returns a simulation of the mode that begins at cycle `first`, counted from the first fitted cycle. At its
-/// beginning, the mode rests at the previous input; free decays with the amplitudes `more` are added to this
-/// state.
+/// Returns a simulation of the mode that begins at cycle `first`, counted from the first fitted cycle. The
+/// initial state is rest at the input of the previous cycle, plus a free oscillation: `more` contains its
+/// initial position, and its initial velocity divided by 2 pi f (f: natural frequency).
 ModeResponse::Lane ModeResponse::lane(const ModePoint& point, const Eigen::Ref<const VectorXd>& input,
                                       Index first, const Eigen::Vector2d& more) const {
   const double f = std::exp(point[0]);

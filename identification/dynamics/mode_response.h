@@ -16,8 +16,8 @@ namespace hystcan::identification {
 /// A mode with a delay: log of the frequency in Hz, log of the damping ratio, and delay in cycles.
 using ModePoint = Eigen::Vector3d;
 
-// The columns of the linear part, one for each amplitude. Column `gain` belongs to the first input; the other
-// inputs follow.
+// The response is a sum of columns, each multiplied by its amplitude. These are the indices of the columns:
+// `gain` is the response to the first input, and the responses to the other inputs follow.
 enum Amplitude : Eigen::Index { offset, drift, free_position, free_velocity, gain };
 
 class ModeResponse {
@@ -38,10 +38,10 @@ class ModeResponse {
   Slope slope(const ModePoint& point, const Eigen::VectorXd& amplitudes) const;
   Slope driven_slope(const ModePoint& point, const Eigen::VectorXd& amplitudes) const;
 
-  /// Returns the response to the first input alone, for a delay of less than a cycle. It has one value per
-  /// cycle (with or without a row), from `longest_delay` cycles before the first fitted cycle to one cycle
-  /// after the last one. For a delay that is m cycles longer, use the values from index `longest_delay` - m
-  /// on.
+  /// Returns the response to the first input alone, as one value per cycle (with or without a row). The
+  /// values begin `longest_delay` cycles before the first fitted cycle and end one cycle after the last one.
+  /// The delay in `point` must be less than a cycle. A delay that is m cycles longer shifts the response by m
+  /// cycles: its value in the first fitted cycle is the value at index `longest_delay` - m.
   Eigen::VectorXd long_response(const ModePoint& point) const;
 
  private:

@@ -50,7 +50,7 @@ bool is_of_two_levels(const Eigen::VectorXd& drive) {
   return ((drive.array() <= lo + near) || (drive.array() >= hi - near)).all();
 }
 
-/// Sets cycles, output and time of the rows from s.first on.
+/// Sets `cycles`, `output` and `time` of `s`. They contain only the fitted rows: those from cycle s.first on.
 void fit_rows_of(const Dataset& dataset, const Grid& grid, SampledDataset& s) {
   const auto begin = std::ranges::lower_bound(grid.cycles, s.first);
   for (auto cycle = begin; cycle != grid.cycles.end(); ++cycle) s.cycles.push_back(*cycle - s.first);

@@ -117,7 +117,8 @@ std::vector<LocalMinimum> grid(const Task& task, const Box& box) {
   constexpr double frequency_ratio = 1.15;
   const SampledDataset& dataset = task.dataset;
   const Eigen::VectorXd output = without_line(dataset.time, dataset.output);
-  // A cycle without a row has zeros in all three columns, so that it does not count.
+  // The columns are a constant, the time and the output, with one value per cycle. A cycle without a row has
+  // 0 in each column, so that the cycle does not count.
   Eigen::MatrixXd against = Eigen::MatrixXd::Zero(dataset.length(), 3);
   against(dataset.cycles, 0).setConstant(1.0 / std::sqrt(static_cast<double>(dataset.rows())));
   against(dataset.cycles, 1) = dataset.time.normalized();
@@ -222,9 +223,10 @@ SampledDataset only_driven(const Task& task, const Point& point, const Projectio
   return dataset;
 }
 
-/// Returns how far one coordinate (frequency, damping ratio or delay) can move from `point` towards
-/// `longest`, while some mode still responds to the drive nearly as the mode at `point`: the sum of squares
-/// of this mode is at most `as_good`. The distance doubles from try to try, up to `longest`.
+/// Returns how far one coordinate (frequency, damping ratio or delay) can move away from `point`. At each
+/// distance, the two other coordinates are fitted to `response`, the ideal response of the mode at `point`.
+/// Returns the first distance at which the sum of squares of this fit exceeds `as_good`. The distance starts
+/// at longest / 256 and doubles from try to try; if no try exceeds `as_good`, returns `longest`.
 double profile_reach(int coordinate, double longest, const Task& response, Box box, const Point& point,
                      double as_good) {
   constexpr int halvings = 8;
@@ -269,8 +271,8 @@ model::Interval interval_of(int coordinate, const Box& box, const Task& response
     interval.lo = std::min(interval.lo, other.point[coordinate]);
     interval.hi = std::max(interval.hi, other.point[coordinate]);
   }
-  // The interval is at most the searched range. It is the whole range if the dataset does not determine the
-  // coordinate.
+  // Limits the interval to `box`, the range of the search. If the dataset does not determine the coordinate,
+  // the interval is this whole range.
   return {std::max(interval.lo, box.lo[coordinate]), std::min(interval.hi, box.hi[coordinate])};
 }
 

@@ -49,9 +49,9 @@ struct Estimate {
 struct SecondOrderFit {
   Estimate natural_frequency_Hz;
   Estimate damping_ratio;
-  /// Delay d, s. It does not include the time for which the drive of a row is held until the next row. The
-  /// delay is negative if the dataset contains each drive in a later row than the row in which the drive
-  /// acted.
+  /// Delay d, s. It does not include the time for which the drive of a row is held until the next row. A
+  /// negative delay means that the drive column is late: the stage moves before the row that contains the
+  /// drive.
   Estimate delay_s;
   Estimate gain;              ///< gain from end to end of a minor loop, output units per input unit
   double drift_per_s = 0.0;   ///< linear drift of the output, output units per second
