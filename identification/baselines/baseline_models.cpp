@@ -28,9 +28,10 @@ model::Preisach relays(const model::Interval& range, std::size_t cells, std::siz
   return model::Preisach({"", "", range, 0.0, 0.0, weights});
 }
 
-/// Returns the model with an ascending curve that has no more coefficients than the descending curve.
-/// ascending_choice.h may have selected an ascending curve with more coefficients. If the curve is not valid
-/// without them, the descending curve replaces it.
+/// Shortens the ascending curve of the model to the number of coefficients that the descending curve has.
+/// (The function with_ascending_from_lower() may have given the ascending curve more coefficients.) If the
+/// shortened curve is not valid, the result has the descending curve as its ascending curve. Splines, and
+/// curves that are short enough, stay unchanged.
 model::HysteresisParameters of_one_order(model::HysteresisParameters p) {
   std::vector<double> a = p.ascending.coefficients();
   const std::size_t count = p.descending.coefficients().size();

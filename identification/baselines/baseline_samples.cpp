@@ -17,8 +17,9 @@ void check_column(const char* name, std::span<const double> values, std::size_t 
 
 using Eigen::Index;
 
-// Fits offset, gain and the weights of all operators, after one history. The unknowns have this order:
-// offset, gain, weights.
+// Fits a weighted sum of operators (plays or relays) to the samples: finds offset, gain and the weight of
+// each operator. Before the first sample, each operator gets the inputs in `history`. The order of the
+// unknowns is offset, gain, weights.
 Fit fit_after(const History& history, const Samples& samples, const std::vector<std::size_t>& places,
               std::size_t operators, const OperatorColumn& column) {
   Eigen::MatrixXd rows(2 + static_cast<Index>(operators), static_cast<Index>(places.size()));

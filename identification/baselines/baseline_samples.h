@@ -31,8 +31,10 @@ Samples reduced(const Samples& samples);
 /// Returns the range of the samples, widened to contain every input, also those of the prehistory.
 model::Interval widened_range(const Samples& samples);
 
-/// Returns the histories after which a model is fitted (listed in baseline_models.h): three, or four if there
-/// is a prehistory.
+/// Returns the input sequences that may have been applied before the first sample. A model is fitted once
+/// after each of them. There are three (see baseline_models.h): the first input alone; up to range.hi and
+/// then down to range.lo; down to range.lo and then up to range.hi. If samples.prehistory is not empty, it is
+/// the fourth.
 std::vector<History> histories(const Samples& samples, const model::Interval& range);
 
 Eigen::VectorXd at(const std::vector<std::size_t>& places, std::span<const double> values);

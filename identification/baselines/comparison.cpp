@@ -84,8 +84,9 @@ std::size_t count(const Mask& mask) {
   return counted;
 }
 
-// Counts the marked cycles. Two marked cycles are never adjacent, because only cycles of odd folds are
-// marked.
+// Counts the marked cycles: a cycle begins at each marked sample whose previous sample is not marked. This is
+// correct because only odd folds are marked. Consecutive cycles that can be held out get the folds 1, 2, 3,
+// 4, 1 and so on, so that two marked cycles are never adjacent.
 std::size_t cycles_in(const Mask& mask) {
   std::size_t cycles = 0;
   for (const auto& samples : mask)

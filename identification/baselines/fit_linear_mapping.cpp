@@ -60,8 +60,9 @@ class Curves {
     return p;
   }
 
-  /// Returns a row whose product with the unknowns is the number that `read` returns for one curve, for
-  /// example its slope at an input. The number must be linear in the coefficients of the curve.
+  /// Returns the coefficients of a number that is linear in the unknowns of the fit. `read` computes this
+  /// number from the curve of `direction`, for example its slope at an input. Element j of the result is the
+  /// number for the curve with unknown j = 1 and all other unknowns 0.
   template <class Read>
   VectorXd row(Direction direction, Read read) const {
     VectorXd row(unknowns());
@@ -114,7 +115,8 @@ std::pair<MatrixXd, VectorXd> inequalities(const Curves& curves, const Hysteresi
   return {g, h};
 }
 
-// The nonlinear least-squares problem of the fit after one given history.
+// The nonlinear least-squares problem that finds the coefficients of the curves. The model gets the inputs in
+// `history` before the first sample.
 class Mapping {
  public:
   Mapping(const Samples& samples, const HysteresisParameters& start, History history)

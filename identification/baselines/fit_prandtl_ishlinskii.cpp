@@ -48,10 +48,12 @@ WeightedOperators fit_plays(const Samples& samples, const std::vector<double>& t
   return fit_weights(samples, histories, thresholds.size(), column);
 }
 
-// The problem in which the plays at the first sample are fitted too. With m plays, weights w_i and plays
-// y_i[0] at the first sample, the unknowns are
+// A least-squares fit of m plays that also finds the value y_i[0] of each play at the first sample. The model
+// and its unknowns are
 //
-//   x_0, w_0, ..., w_m, y_1[0], ..., y_m[0]
+//   x = x_0 + w_0 v + sum_i w_i y_i,     i = 1 .. m        v: input,  x: output,  y_i: play i
+//
+//   unknowns: x_0, w_0, w_1, ..., w_m, y_1[0], ..., y_m[0]
 class FreeStart {
  public:
   FreeStart(const Samples& samples, std::vector<double> thresholds)
