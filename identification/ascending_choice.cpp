@@ -42,9 +42,9 @@ double branch_from_lower(const HysteresisParameters& p, double v) {
   return p.ascending.value(v) + gap(p) * convergence(p, v);
 }
 
-/// Returns the curve with the coefficients `c`, plus a straight line. The sum has exactly the values of the
-/// branch from the lower threshold at both thresholds. `one` and `line` are the coefficients of the constant
-/// 1 and of a line from -1 to 1.
+/// Returns the curve with the coefficients `c`, plus a straight line. The line is chosen so that the sum
+/// equals branch_from_lower() exactly at the lower threshold and at the upper threshold. `one` and `line`:
+/// the coefficients of the constant 1, and of the line that rises from -1 to 1 between the thresholds.
 ReferenceCurve with_exact_ends(const HysteresisParameters& p, std::vector<double> c,
                                const std::vector<double>& one, const std::vector<double>& line) {
   const Interval range = p.input_range();
@@ -56,8 +56,9 @@ ReferenceCurve with_exact_ends(const HysteresisParameters& p, std::vector<double
   return p.ascending.with(c);
 }
 
-/// Returns a polynomial near the branch from the lower threshold. It interpolates the branch at the zeros of
-/// a Chebyshev polynomial, and has the same values as the branch at both thresholds.
+/// Returns a polynomial near branch_from_lower(), the branch that rises from the descending curve at the
+/// lower threshold. The polynomial interpolates this branch at the zeros of a Chebyshev polynomial. A
+/// straight line is then added, so that the values at both thresholds are exact.
 ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   const Interval range = p.input_range();
   const auto count = static_cast<std::size_t>(order) + 1;
@@ -74,8 +75,9 @@ ReferenceCurve polynomial_near(const HysteresisParameters& p, int order) {
   return with_exact_ends(p, std::move(c), one, line);
 }
 
-/// Returns a spline near the branch from the lower threshold, by least squares with the same knots. At both
-/// thresholds, the spline has the same values as the branch.
+/// Returns a spline near branch_from_lower(), the branch that rises from the descending curve at the lower
+/// threshold. The spline has the knots of the ascending curve and is fitted by least squares. A straight line
+/// is then added, so that the values at both thresholds are exact.
 ReferenceCurve spline_near(const HysteresisParameters& p) {
   const std::vector<double>& knots = p.ascending.knots();
   const std::vector<double> at = model::grid_of(p.input_range(), knots, grid_steps);

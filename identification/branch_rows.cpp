@@ -9,8 +9,10 @@ double phi(double k, double d) { return std::abs(k * d) > 1e-17 ? -std::expm1(-k
 
 }  // namespace
 
-// Computes offset c and coefficient S of each branch at its reversal (model/hysteresis.h), as rows whose
-// product with theta is c or S.
+// On a branch, the output is f_0(v) + c - S phi(d): reference curve f_0 at the input v, constants c and S of
+// the branch, distance d from its start. Computes c and S of each branch when the branch starts. Both are
+// linear in theta, the coefficients of the reference curves. Therefore each is stored as a row; the product
+// of the row with theta is c or S.
 BranchRows::BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace)
     : basis_(basis), pace_(pace) {
   const auto count = static_cast<Eigen::Index>(path.branches.size());

@@ -2,10 +2,15 @@
 // the vector theta. theta contains the coefficients of the reference curves (curve_basis.h). On each branch
 // of a path, the output is
 //
-//   x = f_0(v) + c - S phi(d),    d = |h(v) - h(v_s)|
+//   x = f_0(v) + c - S phi(d),    d = |h(v) - h(v_s)|,    phi(d) = (1 - e^{-k d}) / k
 //
-// (symbols: model/hysteresis.h). The offset c and the coefficient S of a branch are linear in theta. Each
-// branch therefore has one row for c and one row for S, which are computed at its reversal.
+//   v, v_s   input, and input at the start of the branch
+//   f_0      reference curve of the branch's direction
+//   h        input map; h(v) = v if the model has none
+//   c, S     constants of the branch: offset and coefficient (model/hysteresis.h)
+//
+// c and S are linear in theta. Each branch therefore has one row for c and one row for S, which are computed
+// at the reversal where the branch starts.
 #pragma once
 
 #include <Eigen/Core>
@@ -18,15 +23,17 @@ namespace hystcan::identification {
 
 class BranchRows {
  public:
-  /// Computes the rows for the offset c and the coefficient S of all branches of `path`. `basis` must exist
-  /// as long as the object.
+  /// Computes the two rows of each branch of `path`: for its offset c and its coefficient S in the output
+  /// f_0(v) + c - S phi(d). `basis` must exist as long as the object.
   BranchRows(const Path& path, const CurveBasis& basis, const Pace& pace);
 
-  // Return the rows whose products with theta are the offset c and the coefficient S of a branch.
+  // Return the two rows of a branch with the output f_0(v) + c - S phi(d). The product of the row with theta
+  // (the coefficients of the reference curves) is c for offset(), and S for convergence().
   auto offset(std::size_t branch) const { return offset_.col(static_cast<Eigen::Index>(branch)); }
   auto convergence(std::size_t branch) const { return convergence_.col(static_cast<Eigen::Index>(branch)); }
-  /// Returns the row whose product with theta is the slope of the output at `input`, per unit of the input
-  /// map h. `branch` is the index of the branch in the path, and `shape` the branch itself.
+  /// Returns the row for the slope dx/dh of a branch at `input`: the derivative of the output x by the value
+  /// h of the input map. The product of the row with theta (the coefficients of the reference curves) is this
+  /// slope. `shape` is the branch, and `branch` is its index in Path::branches.
   Eigen::VectorXd slope(const PathBranch& shape, std::size_t branch, double input) const;
 
  private:

@@ -48,8 +48,8 @@ void chebyshev_row(model::Interval thresholds, double input, Eigen::Ref<VectorXd
   for (Index i = 2; i < row.size(); ++i) row[i] = 2.0 * s * row[i - 1] - row[i - 2];
 }
 
-// The coefficients of the map are its values at the Greville points. If these values increase, the spline
-// increases everywhere.
+// Sets the coefficients of the input map, a B-spline, to the values that the map should have at the Greville
+// points of its knots. If these values increase, the map increases everywhere.
 CurveShape CurveShape::mapped(const std::function<double(double)>& course, model::Interval observed,
                               double share) const {
   const double low = course(observed.lo), rise = course(observed.hi) - low;
@@ -87,8 +87,9 @@ void CurveBasis::slopes(double input, Eigen::Ref<VectorXd> row) const {
   chebyshev_slope_row(thresholds_, input, row);
 }
 
-// The row is (B, 0) for the ascending curve and (B, M B) for the descending curve. B are the basis functions;
-// M is the matrix of curve_basis.h.
+// The product of the row with theta = (a, q) is a value of a reference curve. The ascending curve is a . B,
+// so that its row is (B, 0). The descending curve is a . B + q . M B, so that its row is (B, M B). B: values
+// of the basis functions, or a sum of such values; M: matrix from curve_basis.h.
 VectorXd CurveBasis::row(model::Direction direction, const VectorXd& sum) const {
   VectorXd row = VectorXd::Zero(unknowns());
   row.head(size()) = sum;
@@ -136,9 +137,10 @@ VectorXd CurveBasis::line() const {
   return theta;
 }
 
-// The gap between the two curves is 2 (1 - t); t is the relative input from 0 to 1. The gap equals a curve of
-// constant() minus a curve of line(), and it is zero at the upper threshold. For a spline, the n coefficients
-// q of the gap are therefore the first n coefficients of constant() - line().
+// Returns the unknowns theta of two curves that open towards the lower threshold: the ascending curve is 0,
+// and the descending curve is 2 (1 - t) = 1 - (2 t - 1), with the relative input t from 0 to 1. constant()
+// contains the coefficients of 1, and line() those of 2 t - 1. For a spline, the second part of theta is
+// therefore the difference of these coefficients, without the last one: the curves meet at t = 1.
 VectorXd CurveBasis::open() const {
   VectorXd theta = VectorXd::Zero(unknowns());
   if (shape_.is_spline())
@@ -149,8 +151,8 @@ VectorXd CurveBasis::open() const {
 }
 
 MatrixXd CurveBasis::regularisation() const {
-  // Factor of the square of each coefficient in the quadratic form. For a polynomial, the factor grows with
-  // the order of the coefficient.
+  // Weight of the square of each coefficient in the penalty theta' R theta. For a polynomial, the weight is
+  // larger by the factor 1 + j^2 (j: order of the coefficient).
   constexpr double weak = 1e-11;
   MatrixXd R = MatrixXd::Zero(unknowns(), unknowns());
   const Index n = size() - 1;

@@ -71,25 +71,29 @@ class CurveBasis {
   void values(double input, Eigen::Ref<Eigen::VectorXd> row) const;
   void slopes(double input, Eigen::Ref<Eigen::VectorXd> row) const;
 
-  /// Returns a row whose product with theta is a sum of values (or slopes) of one reference curve at several
-  /// inputs. `sum` is the sum of the rows that values() (or slopes()) computes at these inputs.
+  /// Returns a row whose product with the unknowns theta is the value of one reference curve at an input.
+  /// `sum`: basis functions at this input, computed by values(). With the derivatives from slopes(), the
+  /// product is the slope of the curve. With a sum over several inputs, the product is the sum of the values
+  /// (or slopes).
   Eigen::VectorXd row(model::Direction direction, const Eigen::VectorXd& sum) const;
-  /// Returns the matrix R of one reference curve: row(direction, sum) equals R times `sum`.
+  /// Returns the matrix that converts basis functions to a row: the product of this matrix with the basis
+  /// functions at an input equals the result of row() for these basis functions.
   Eigen::MatrixXd rows(model::Direction direction) const;
   /// Returns a row whose product with theta is the gap between the curves, (f_0^D - f_0^A) / (2 (1 - t)), at
   /// the relative input t = (v - v_lo) / (v_hi - v_lo). The gap is divided by 1 - t because it is zero at t =
   /// 1. At t = 1, the row is the limit of this quotient.
   Eigen::VectorXd gap(double t) const;
 
-  /// Return theta for three pairs of curves, with the relative input t from 0 to 1. constant(): both curves
-  /// are 1. line(): both curves are 2 t - 1. open(): the ascending curve is 0, and the descending curve is 2
-  /// (1 - t).
+  /// Each of these functions returns the unknowns theta of an ascending and a descending curve. t is the
+  /// relative input, from 0 at the lower threshold to 1 at the upper one. constant(): both curves are 1.
+  /// line(): both curves are 2 t - 1. open(): the ascending curve is 0, and the descending curve is 2 - 2 t.
   Eigen::VectorXd constant() const;
   Eigen::VectorXd line() const;
   Eigen::VectorXd open() const;
 
-  /// Returns a small quadratic form in theta, to be added once per sample. It makes undetermined coefficients
-  /// of polynomials zero, and it makes undetermined parts of splines straight.
+  /// Returns the matrix R of a small penalty theta' R theta on the unknowns theta. A fit adds the penalty to
+  /// its sum of squares, once per sample. The penalty makes undetermined coefficients of polynomials zero,
+  /// and undetermined parts of splines straight.
   Eigen::MatrixXd regularisation() const;
 
   /// Returns the parameters of the model whose two curves have the unknowns theta.

@@ -21,14 +21,15 @@ struct NormalEquations {
   explicit NormalEquations(Eigen::Index unknowns)
       : H(Eigen::MatrixXd::Zero(unknowns, unknowns)), g(Eigen::VectorXd::Zero(unknowns)) {}
   NormalEquations& operator+=(const NormalEquations& other);
-  /// Subtracts the equations `other`, multiplied by `share`. `other` must be a part of the sum in these
-  /// equations.
+  /// Subtracts the sums H, g and square of `other`, multiplied by `share`. The samples of `other` must be
+  /// among the samples of this object. The call lowers their weight; a share of 1 removes them.
   void take_away(const NormalEquations& other, double share);
-  /// Adds the equations `other`, which have other unknowns. The first `shared` unknowns of `other` are the
-  /// first unknowns of this object. The remaining unknowns of `other` are the unknowns of this object from
-  /// index `own` on.
+  /// Adds the sums of `other` to those of this object. The unknowns of `other` are also unknowns of this
+  /// object, but at other indices: the first `shared` unknowns keep their indices, and the remaining ones
+  /// begin at index `own` of this object.
   void add(const NormalEquations& other, Eigen::Index shared, Eigen::Index own);
-  /// Returns false if the equations contain infinite numbers: branches overflow if a k is very negative.
+  /// Returns false if H or g contains a number that is not finite. This happens if a convergence rate k is
+  /// very negative: the terms e^{-k d} of the branches then overflow (d: distance along a branch).
   bool is_finite() const { return H.allFinite() && g.allFinite(); }
   /// Divides all right sides y by `gain`.
   void divide_outputs(double gain);
@@ -46,7 +47,8 @@ class Eliminated {
   Eliminated(const NormalEquations& system, Eigen::Index remaining);
 
   const NormalEquations& rest() const { return rest_; }
-  /// Returns all unknowns: `theta`, then the best values of the eliminated unknowns for this theta.
+  /// Returns all unknowns of the original system. `theta` contains values of the remaining unknowns, the
+  /// first ones of the system. The eliminated unknowns follow, with the best values for this theta.
   Eigen::VectorXd completed(const Eigen::VectorXd& theta) const;
 
  private:

@@ -1,5 +1,6 @@
 // Finds the branches along which a sequence of inputs moves. Turning points, wiping out and curve alignment
-// depend only on the inputs and the thresholds. Therefore one path serves all curves and all k.
+// depend only on the inputs and the thresholds. Therefore a fit needs only one path for all reference curves
+// and all convergence rates that it tries.
 #pragma once
 
 #include <cstddef>
@@ -15,12 +16,14 @@ namespace hystcan::identification {
 struct PathBranch {
   static constexpr std::size_t none = static_cast<std::size_t>(-1);
   model::Direction direction = model::Direction::ascending;
-  double start = 0.0;   ///< input at the start of the branch
-  double target = 0.0;  ///< input at the target of the branch
+  double start = 0.0;  ///< input at the start of the branch
+  /// Input at the target of the branch. When the input passes it, the inner loop closes. The target is the
+  /// turning point where the parent started, or the opposite threshold.
+  double target = 0.0;
   /// Branch on which the input reversed; `none` if the branch starts at a threshold.
   std::size_t parent = none;
-  /// Branch of the same direction on which the path continues beyond the target; `none` if the path continues
-  /// on the reference curve.
+  /// Branch of the same direction on which the path continues when the input passes `target` (curve
+  /// alignment); `none` if the path then continues on the reference curve.
   std::size_t below = none;
   bool virgin = false;  ///< true for the ascending reference curve itself
 };
@@ -34,13 +37,14 @@ struct Run {
 
 struct Path {
   std::vector<PathBranch> branches;  ///< in the order in which the path reaches them
-  std::vector<Run> runs;             ///< the runs of all samples, in order
+  std::vector<Run> runs;             ///< all samples in order, divided at each change of the branch
 };
 
 /// Returns the path of a sequence of inputs. It begins at `origin`: on the virgin curve or at a threshold.
 ///
 /// `prehistory` contains the inputs before the first sample, and `inputs` the input of each sample. If
-/// symmetry is even, the caller must fold both. An input beyond a threshold is replaced by the threshold.
+/// symmetry is even, the caller must first replace these inputs by their magnitudes. An input beyond a
+/// threshold is replaced by the threshold.
 Path trace(model::Interval thresholds, model::Origin origin, std::span<const double> prehistory,
            std::span<const double> inputs);
 

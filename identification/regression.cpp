@@ -52,8 +52,9 @@ void Regression::gather(const Dataset& samples) {
   std::ranges::stable_sort(runs_, {}, &Sums::fold);
 }
 
-// Sums the products of all columns for each fold and direction. Then converts the sums into normal equations
-// for theta.
+// A column of columns_ contains the numbers of one sample: basis functions, regressors, offset, drift,
+// output. Sums the products of these numbers over the samples of each fold and direction. Then converts the
+// sums into normal equations for the unknowns (curve coefficients, regressors, offset, drift).
 void Regression::sum_up() {
   const Eigen::Index size = basis_.size(), wide = columns_.rows(), count = unknowns();
   std::array<std::vector<Eigen::MatrixXd>, 2> sums;
@@ -84,11 +85,18 @@ void Regression::sum_up() {
   }
 }
 
-// Adds the part of the normal equations that depends on k, for one run of samples on a branch. The row of a
-// sample is R B + c - S phi. B are the basis functions at the input, R is the matrix of the branch's
-// direction (CurveBasis::rows()), c and S are the rows of the branch (BranchRows), and phi is phi(d). The
-// term R BB' R' of the matrix H is already in base_. The other terms of H are products of the two columns of
-// `left` and `right`.
+// Adds the part of the normal equations that depends on the convergence rate k, for one run of samples on a
+// branch. The product of theta with the row of a sample is the output. This row is
+//
+//   R B + c - S phi(d)
+//
+//   B       basis functions at the input of the sample
+//   R       matrix CurveBasis::rows() for the direction of the branch
+//   c, S    rows of the branch (BranchRows)
+//   d       distance from the start of the branch; phi(d) = (1 - e^{-k d}) / k
+//
+// The term R BB' R' of the matrix H is already in base_. For the other terms, this function writes two
+// columns to `left` and two to `right`. The caller adds left right' + right left' to H.
 void Regression::add_run(const Sums& run, const Pace& pace, const BranchRows& rows, NormalEquations& to,
                          Eigen::Ref<Eigen::MatrixXd> left, Eigen::Ref<Eigen::MatrixXd> right) const {
   const Direction direction = path_.branches[run.branch].direction;

@@ -21,8 +21,8 @@
 
 namespace hystcan::identification {
 
-/// The unknowns that belong to a single dataset. `offset` and `drift` of its output are fitted if they are
-/// true.
+/// Selects the unknowns that belong to a single dataset. If `offset` is true, the fit finds an offset of the
+/// dataset's output. If `drift` is true, the fit finds a linear drift of this output.
 struct Nuisances {
   bool offset = false;
   bool drift = false;
@@ -61,13 +61,13 @@ class Regression {
   CurveBasis basis_;
   Eigen::Index regressors_;
   Nuisances nuisances_;
-  // For each fold, the part of the normal equations that does not depend on k.
+  // For each fold, the part of the normal equations that does not depend on the convergence rates.
   std::vector<NormalEquations> base_;
   std::vector<Sums> runs_;    // sums of each run of samples, sorted by fold
   Eigen::VectorXd distance_;  // for each sample that counts, its distance from the start of its branch
   Eigen::VectorXd weight_;
-  // One column for each sample that counts: basis functions, regressors, nuisances, output. Regressors and
-  // nuisances are not multiplied by the weight.
+  // One column for each fitted sample: basis functions, regressors, terms of the dataset's own offset and
+  // drift, output. Only the basis functions and the output are multiplied by the weight of the sample.
   Eigen::MatrixXd columns_;
 };
 
