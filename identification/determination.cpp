@@ -18,8 +18,9 @@ namespace {
 constexpr double nearly_best = 1.1;  // an RMS error up to this multiple of the smallest one is as good
 constexpr int evaluations_of_each = 30;
 
-// Finds how far one number of a trial can move before the error grows. After each move, the numbers that can
-// compensate the move get their best values: both k, and the delay if there is one.
+// Finds how far one parameter of the best model (`number`: its creep or its delay) can move before the error
+// exceeds 1.1 times the error of that model. After each move, the parameters that can compensate the move get
+// their best values: both convergence rates, and the delay if it is not the moved parameter.
 class Valley {
  public:
   Valley(const Problem& problem, const SearchResult& found, double Trial::*number, model::Interval allowed,
@@ -31,12 +32,12 @@ class Valley {
         go_on_(go_on),
         largest_rms_(nearly_best * fit_.fit(trial_).rms) {}
 
-  // Moves the number in the direction of `step`. Returns the last trial whose error is at most 1.1 times the
-  // smallest error, with a resolution of a quarter of the step.
+  // Moves the parameter `number_` of the trial in the direction of `step`. Returns the trial that moved
+  // farthest with an error of at most 1.1 times the smallest error. The resolution is a quarter of the step.
   Trial farthest(double step) {
     Trial last = trial_;
-    // Smallest known distance from the best value at which the error exceeds 1.1 times the smallest error; 0:
-    // no such distance is known.
+    // Smallest known distance of the parameter `number_` from its best value at which the error exceeds 1.1
+    // times the smallest error; 0: no such distance is known.
     double beyond = 0.0;
     const auto try_at = [&](double from_best) {
       Trial next = last;
@@ -89,7 +90,8 @@ class Valley {
 
 }  // namespace
 
-// The search moves away from the best k, in steps that grow by half each time.
+// From the best convergence rate, tries smaller rates and then larger rates, at distances that grow by half
+// from try to try. Each end of the range is the last rate before the error exceeds the limit.
 model::Interval pace_range(const Problem& problem, const SearchResult& found, double Trial::*k,
                            const std::function<bool()>& go_on) {
   SeparableFit fit(problem, found.shape, SeparableFit::coarse_scan);

@@ -12,22 +12,26 @@ namespace hystcan::identification {
 
 struct Identified;
 
-/// Returns the range of one convergence rate k in which the RMS error is within 5 % of the smallest, in
-/// 1/input unit. `k` is &Trial::k_span_ascending or &Trial::k_span_descending. All other numbers of the trial
-/// are constant.
+/// Returns the range of one convergence rate (k_ascending or k_descending), in 1/input unit, in which the RMS
+/// error of the fit is at most 5 % larger than at the best rate. `k` selects the rate: it is
+/// &Trial::k_span_ascending or &Trial::k_span_descending. For each tried rate, the curves are fitted again;
+/// everything else in found.trial stays constant (the other rate, thresholds, delay, creep, memories, gains).
 model::Interval pace_range(const Problem& problem, const SearchResult& found, double Trial::*k,
                            const std::function<bool()>& go_on);
 
-/// Returns true if the range of k is narrower than a factor of ten and does not contain 0.
+/// Returns true if `pace`, the range of a convergence rate from pace_range(), is narrower than a factor of
+/// ten and does not contain 0.
 bool is_determined(model::Interval pace);
 
-/// Returns the range of the creep per decade in which the RMS error is within a tenth of the smallest. For
-/// each creep, k and delay get their best values.
+/// Returns the range of the creep per decade in which the RMS error of the fit is at most 10 % larger than
+/// with the creep in found.trial. For each tried creep, the convergence rates and the delay get their best
+/// values.
 model::Interval creep_range(const Problem& problem, const SearchResult& found,
                             const std::function<bool()>& go_on);
 
-/// Gains that explain the datasets as well as creep does. If the sessions have different rates, differences
-/// of their gains (another amplifier or sensor) look like creep.
+/// Gains of the datasets that explain the outputs as well as creep does. Creep makes the output of a slow
+/// dataset larger than that of a fast one. If the datasets have different speeds, a different gain of each
+/// dataset (another amplifier or sensor) has the same effect.
 struct GainsInstead {
   std::vector<double> gains;  ///< gain of each dataset's output, relative to the first dataset
   double rms = 0.0, rms_with_creep = 0.0;
@@ -41,8 +45,8 @@ std::optional<GainsInstead> gains_instead_of_creep(const Problem& problem, const
 /// delay from the width of the loops: with another delay, other curves and other k fit nearly as well. But
 /// such a model predicts faster inputs differently.
 struct DelayRange {
-  /// Shortest and longest delay for which the RMS error is within a tenth of the smallest. For each delay, k
-  /// has its best value.
+  /// Shortest and longest delay for which the RMS error of the fit is at most 10 % larger than with the best
+  /// delay. For each tried delay, both convergence rates get their best values.
   double lo_s = 0.0, hi_s = 0.0;
   /// RMS difference between the model with the shortest delay and the model with the longest delay, output
   /// units. The inputs are those of the datasets, played two or five times as fast.

@@ -16,8 +16,8 @@
 
 namespace hystcan::identification {
 
-/// A view of one dataset. If symmetry is even, the inputs of the dataset are folded. The samples may be
-/// divided into folds.
+/// A view of one dataset. Its samples may be divided into folds (struct Folds in dataset.h). If the model has
+/// even symmetry, the dataset must contain the magnitudes of the inputs.
 class Excerpt {
  public:
   /// `fold`: the fold of each sample; if it is empty, all samples are in fold 0. At most `samples` samples
@@ -40,8 +40,9 @@ class Excerpt {
   std::span<const int> fold_;
   std::size_t stride_;
   std::vector<std::size_t> turning_points_;
-  // Outputs of the kept samples after the creep was removed. Each column belongs to one weight of the creep;
-  // kept_without() interpolates between these weights. The matrix is computed when it is first needed.
+  // Outputs of the kept samples after the creep was removed. Column j belongs to the j-th of twelve values of
+  // the creep weight w (model/output_creep.h). kept_without() interpolates the outputs for any other w. The
+  // matrix is computed when it is first needed.
   mutable Eigen::MatrixXd without_creep_;
 };
 

@@ -88,7 +88,7 @@ Problem unfolded(const Problem& excerpt, const std::vector<Dataset>& datasets, F
   return problem;
 }
 
-// Returns the fit to all samples. Lowers k if the best curves for all samples are slightly invalid.
+// Returns the fit to all samples. While a branch decreases, lowers both convergence rates and fits again.
 Fitted fit_to_all(SeparableFit& fit, Trial& trial) {
   Fitted fitted = fit.fit(trial);
   for (int tries = 0; !fitted.valid && tries < 90; ++tries) {
@@ -391,7 +391,7 @@ Identified identify(const std::vector<Dataset>& datasets, IdentifyOptions option
   const std::vector<double> references = reference_outputs(datasets, one_zero);
   if (std::ranges::all_of(references, [](double reference) { return reference == 0.0; }))
     return identify_near_zero(datasets, options);
-  // Relative to one zero far from the outputs, a gain acts like an offset. All datasets get the same gain.
+  // Far from a common zero, a gain acts like an offset. A common zero therefore needs a common gain.
   options.common_gain = options.common_gain || one_zero;
   std::vector<Dataset> near_zero = datasets;
   move_outputs(near_zero, references, -1.0);

@@ -21,7 +21,7 @@ struct Identified {
   double delay_s = 0.0;  ///< delay of the input; only for a model without dynamics
   /// Mode and delay behind the hysteresis (dynamics/joint_dynamics.h); `nullopt`: none.
   std::optional<model::Dynamics> dynamics{};
-  /// Creep between the hysteresis and the dynamics; `nullopt`: none.
+  /// Creep of the actuator: acts on the output of the hysteresis, before the dynamics. `nullopt`: no creep.
   std::optional<model::OutputCreep::Config> creep{};
   std::vector<InitialMemory> memories;  ///< memory of the actuator at the beginning of each dataset
   /// Offset of each dataset's output, relative to the first dataset, output units.
@@ -33,18 +33,18 @@ struct Identified {
   Folds folds;
   std::vector<Characterisation> datasets;
   /// Errors of the model in each dataset. The prediction includes the offset, gain and drift of the dataset.
-  /// Unseen samples count.
+  /// The errors include the samples that the fit did not use (IdentifyOptions::unseen).
   std::vector<ErrorNorms> errors;
   ErrorNorms overall;
   std::optional<double> held_out_rms;
-  /// Span of the outputs of all datasets, after their offsets and gains are removed. Unseen samples do not
-  /// count.
+  /// Span of the outputs of all datasets, after their offsets and gains are removed. Samples that the fit did
+  /// not use (IdentifyOptions::unseen) do not count, except in a butterfly.
   double output_span = 0.0;
   model::Interval observed;
   /// Range of each convergence rate k in which the model fits nearly as well; see pace_range().
   model::Interval pace_ascending, pace_descending;
-  /// Range of the creep per decade in which the model fits nearly as well; see creep_range(). `nullopt` if
-  /// the creep was given, or if there is none.
+  /// Range of the creep per decade in which the model fits nearly as well as with its own creep; see
+  /// creep_range(). `nullopt` if the creep was given, or if the model has none.
   std::optional<model::Interval> creep_range;
   /// The result of the second search: without creep if this model has creep, with creep if this model has
   /// none. `nullopt` if there was only one search.

@@ -32,7 +32,8 @@ struct SearchState {
   }
 };
 
-// Returns the state for a new search. It keeps only k and the list of tried shapes of `former`.
+// Returns the first state of a new search. It keeps only the convergence rates and the list of tried shapes
+// from `former`, the result of the previous search.
 SearchState begin_anew(const SearchState& former, const IdentifyOptions& options) {
   SearchState state;
   state.found.shapes = former.found.shapes;
@@ -48,7 +49,8 @@ SearchState begin_anew(const SearchState& former, const IdentifyOptions& options
 // Returns true if the search was stopped, but has already found a trial with a finite error.
 bool has_enough(double least, const TrialCost& cost) { return std::isfinite(least) && !cost.go_on(); }
 
-// Selects the kind of initial memory that roughly fits best, for each dataset separately.
+// Selects the kind of initial memory with the smallest error, for each dataset separately. The choice is
+// coarse: only a few convergence rates are tried with each kind.
 SearchState with_memories(SearchState state, TrialCost& cost) {
   const Problem& problem = cost.problem();
   std::vector<InitialMemory>& memories = state.found.trial.memories;
@@ -177,8 +179,9 @@ SearchState with_curves(SearchState state, TrialCost& cost, const CurveShape& sh
   return with_useful_unknowns(refined(state, cost, 150), cost);
 }
 
-// Tries one common k instead of two. Only few datasets have enough turning points in both directions to
-// distinguish k_ascending from k_descending. Returns the state with one k if its error is nearly as small.
+// Tries one convergence rate k for both directions. Only few datasets have enough turning points in both
+// directions to distinguish k_ascending from k_descending. Returns the state with the common k if its error
+// is nearly as small as with two rates; otherwise returns `state`.
 SearchState with_one_k(const SearchState& state, TrialCost& cost) {
   SearchState common = state;
   std::vector<Unknown>& unknowns = common.unknowns;
