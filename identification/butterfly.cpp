@@ -36,7 +36,8 @@ constexpr double longest_step = 0.2;
 constexpr double worth_a_term = 0.98;
 constexpr Eigen::Index first_regressor = 3, last_regressor = 6;
 constexpr int most_passes = 8;
-// Number of passes that select the shape of the curves again; later passes keep the shape.
+// Number of first passes that also select the shape of the reference curves; later passes keep the shape. A
+// pass identifies the curves of the inner variable m, and then fits the output map.
 constexpr int passes_with_shape = 3;
 
 struct Swing {
@@ -263,8 +264,9 @@ class Butterfly {
     }
   }
 
-  // Returns the result, scaled so that m covers the range from -1 to 1. All errors become errors of the
-  // output x.
+  // Scales the reference curves of the model `found`, so that the inner variable m covers the range from -1
+  // to 1, and adds the output map to the model. Converts the errors in `found` from errors of m to errors of
+  // the output x.
   Identified finished(Identified found, const FittedMap& fitted) const {
     const model::Interval& inner = fitted.map.inner();
     const double middle = 0.5 * (inner.lo + inner.hi), half = 0.5 * inner.span();

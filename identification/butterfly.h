@@ -31,8 +31,9 @@ bool passes_valley(const Dataset& dataset);
 Identified identify_butterfly(const std::vector<Dataset>& datasets, const IdentifyOptions& options,
                               const IdentifyDatasets& curves);
 
-/// Returns the datasets of the inner variable m (z at the top of this file), linearised at an identified
-/// butterfly. For studies of the result.
+/// Returns one dataset of the inner variable m for each dataset of the output x, with the map x = g(m) of the
+/// identified butterfly. The map is linearised at the predicted m, as in a step of the identification. The
+/// comparison with the baselines needs these datasets.
 std::vector<Dataset> linearised(const std::vector<Dataset>& datasets, const Identified& identified);
 
 }  // namespace hystcan::identification

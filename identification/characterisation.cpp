@@ -105,8 +105,9 @@ double lead(const Dataset& dataset) {
 
 }  // namespace
 
-// White noise of standard deviation s has second differences of standard deviation s sqrt(6). For a normal
-// distribution, the median of the magnitude is 0.6745 standard deviations.
+// Estimates the standard deviation s of the noise from the median of the magnitudes of the second
+// differences. For white, normally distributed noise, a second difference has the standard deviation s
+// sqrt(6), and this median is 0.6745 s sqrt(6).
 double noise_of(const std::vector<double>& values) {
   std::vector<double> second_differences;
   for (std::size_t i = 2; i < values.size(); ++i)

@@ -32,7 +32,7 @@ struct Characterisation {
 double noise_of(const std::vector<double>& values);
 
 /// Computes the properties of a dataset. `observed` is the range of the inputs. If symmetry is even, the
-/// caller must fold the inputs first.
+/// caller must first replace each input by its magnitude (folded()).
 Characterisation characterise(const Dataset& dataset, model::Interval observed);
 
 /// Linear trends in the residual of a model (measured output minus predicted output). Each trend is a change
@@ -40,9 +40,12 @@ Characterisation characterise(const Dataset& dataset, model::Interval observed);
 struct Trends {
   double drift = 0.0;        ///< change of the residual from the first sample to the last one
   double drift_error = 0.0;  ///< standard error of `drift`, by the jackknife method with blocks
-  /// Change of the residual from the fastest fall of the input to its fastest rise.
+  /// Error that depends on the speed of the input: a line is fitted to the residual over the speed. This is
+  /// the rise of the line from the fastest falling input to the fastest rising input, in output units.
   double rate = 0.0;
-  double gain = 0.0;  ///< change of the residual from the lowest prediction to the highest one
+  /// Error of the gain: a line is fitted to the residual over the predicted output. This is the rise of the
+  /// line from the lowest prediction to the highest one, in output units.
+  double gain = 0.0;
 };
 Trends trends(const Dataset& dataset, const std::vector<double>& predicted);
 

@@ -20,8 +20,8 @@ namespace hystcan::identification {
 inline constexpr double largest_value = 1e12;
 inline constexpr double least_span = 1e-12;
 
-/// The columns of a measured dataset. All columns have the same length. Every number is finite and within the
-/// limits above. Time increases strictly.
+/// The columns of a measured dataset. All columns have the same length. Every number is finite and within
+/// largest_value and least_span. Time increases strictly.
 struct Dataset {
   std::string input_unit{};  ///< empty if the unit is not known
   std::string output_unit{};
@@ -89,8 +89,8 @@ struct Folds {
 /// count.
 Folds assign_folds(const std::vector<Dataset>& datasets, model::Interval observed);
 
-/// Makes one fold of each dataset, if there are several. Fold i + 1 contains the cycles of dataset i whose
-/// inputs are within the inputs of the other datasets. All other cycles are in fold 0.
+/// Assigns the cycles of two or more datasets to folds, one fold for each dataset. Fold i + 1 contains the
+/// cycles of dataset i whose inputs are within the inputs of the other datasets. The rest is in fold 0.
 Folds records_as_folds(const std::vector<Dataset>& datasets, model::Interval observed);
 
 }  // namespace hystcan::identification

@@ -33,8 +33,9 @@ std::vector<double> residual_of(const Identified& identified, const std::vector<
   return residual;
 }
 
-/// Adds the squared spectrum of a record's residual to its octaves. The first octave starts at `lowest`;
-/// `distance` is the distance that the input travels in the record.
+/// Adds the squared spectrum of one record's residual to `squares`, which has one sum for each octave. The
+/// first octave starts at `lowest`, in periods per input unit. `distance` is the distance that the input
+/// travels in the record, in input units.
 void add(const std::vector<double>& residual, double distance, double lowest, std::vector<double>& squares) {
   const std::size_t length = std::min(residual.size() / 2 * 2, longest_segment);
   if (length < 4 || !(distance > 0.0)) return;

@@ -1,10 +1,12 @@
-// The residuals of a model in its records, as a spectrum over the distance that the input travels (and not
-// over time). The spectrum has one value per octave. A residual at q, in periods per input unit, appears at
-// the frequency f if a reference moves the input with the speed u:
+// Computes the spectrum of a model's residuals (measured output minus predicted output), as one RMS value per
+// octave. The spectrum is over the distance that the input travels, and not over time. Its variable is
+// therefore a spatial frequency q: periods of the residual per input unit of distance. If the input moves
+// with the speed u, the model error at q oscillates in time with the frequency
 //
-//   f = q u        u in input units per second
+//   f = q u        u in input units per second, f in Hz
 //
-// If the mode of the stage rings in a record, the spectrum contains it at q = f / speed of the record.
+// If the second-order mode of the stage rings with the frequency f in a record, the spectrum contains this
+// ringing at q = f / (mean speed of the input in the record).
 #pragma once
 
 #include <cstddef>

@@ -18,8 +18,9 @@ constexpr int reversal_curves = 6;
 constexpr double least_rows = 400.0;  // minimum number of rows that represent the old model
 // The old delay is left out if the error without delay is below this multiple of the error with this delay.
 constexpr double worth_no_delay = 0.97;
-// The old model gets at least one row for this number of dataset rows. The search keeps the same share of the
-// rows of every dataset. With fewer rows, too few rows of the old model would remain.
+// For each group of this number of dataset rows, the old model gets at least one row. The search uses only a
+// part of all rows, with the same share for the datasets and for the old model. With fewer rows, the search
+// would use too few rows of the old model.
 constexpr double rows_of_datasets_to_one = 60.0;
 
 /// Returns the inputs at which the path through the old model turns. The path begins at the upper threshold,

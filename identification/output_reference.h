@@ -20,10 +20,12 @@ std::vector<double> reference_outputs(const std::vector<Dataset>& datasets, bool
 void move_outputs(std::vector<Dataset>& datasets, const std::vector<double>& references, double sign = 1.0);
 
 /// Changes an identified model as if `sign` times the reference of its dataset had been added to each output.
-/// The output x of the model moves by the reference r_0 of the first dataset. The offset of dataset i, which
-/// has the gain g_i, changes so that its output y_i moves by its own reference r_i:
+/// With the reference r_i and the gain g_i of dataset i, and the first dataset as i = 0, the new values are
 ///
-///   x + r_0,   y_i = g_i (x + r_0) + offset_i + r_i - g_i r_0
+///   output of the model     x + sign r_0
+///   offset of dataset i     offset_i + sign (r_i - g_i r_0)
+///
+/// The prediction g_i x + offset_i of dataset i therefore moves by sign r_i.
 void move_outputs(Identified& identified, const std::vector<double>& references, double sign = 1.0);
 
 }  // namespace hystcan::identification

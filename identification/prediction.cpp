@@ -149,7 +149,7 @@ MemoryEstimate estimate_memory(const model::Hysteresis& model, const Dataset& da
     estimate.rms = std::sqrt(estimate.rms);
     return estimate;
   };
-  // Finds the best bias on a grid, then refines it by a golden section search.
+  // Finds the best bias of a nested initial memory on a grid, then refines it by a golden section search.
   MemoryEstimate best{{}, 0.0, std::numeric_limits<double>::infinity()};
   for (int i = -widest_bias; i <= widest_bias; ++i)
     if (const auto now = estimate_with({Kind::nested, i * bias_step}); now.rms < best.rms) best = now;

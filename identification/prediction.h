@@ -18,7 +18,8 @@ namespace hystcan::identification {
 ///
 /// A dataset shows only how the earlier turning points were distributed around its first input v_0. They are
 /// modelled as a decaying oscillation of N nested loops, with turning points u_j above v_0 and l_j below it,
-/// j = 1 .. N. v_lo and v_hi are the thresholds. The only parameter is the bias b:
+/// j = 1 .. N. v_lo and v_hi are the thresholds of the model (ends of its input range). The only parameter is
+/// the bias b:
 ///
 ///   u_j = v_0 + (v_hi - v_0) (1 - j / (N + 1))^(e^b)
 ///   l_j = v_0 - (v_0 - v_lo) (1 - j / (N + 1))^(e^-b)
@@ -27,11 +28,13 @@ namespace hystcan::identification {
 ///   b ->  infinity      arrived directly from the lower threshold
 ///   b -> -infinity      arrived directly from the upper threshold
 ///
-/// In the Preisach plane, the points (u_j, l_j) are the staircase between the two half planes.
+/// In the Preisach plane, the points (u_j, l_j) are the corners of the staircase line between the relays that
+/// are up and the relays that are down.
 struct InitialMemory {
   enum class Kind { virgin, from_lower, from_upper, nested };
   Kind kind = Kind::virgin;
-  double bias = 0.0;  ///< bias b of the nested loops; unused for the other kinds
+  /// Bias b of the nested loops in the formula of InitialMemory; used only for the kind `nested`.
+  double bias = 0.0;
 
   model::Origin origin() const;
 };
@@ -62,7 +65,8 @@ struct Lag {
   double delay_s = 0.0;
   /// Mode with its own delay; if it is set, delay_s is ignored.
   std::optional<model::Dynamics> dynamics{};
-  /// Creep between the hysteresis and the dynamics. At the first sample, the creep is settled.
+  /// Creep: acts on the output of the hysteresis, before the dynamics. Without other information, the creep
+  /// is settled at the first sample, as if the input had been constant for a very long time.
   std::optional<model::OutputCreep::Config> creep{};
 
   double delay() const { return dynamics ? dynamics->delay_s : delay_s; }
@@ -83,7 +87,7 @@ std::vector<double> predict(const model::Hysteresis& model, const Dataset& datas
 struct RateError {
   /// Mean speed of the half cycles in this class, input units per second.
   double speed = 0.0;
-  double rms = 0.0;  ///< RMS error of the samples in this class, output units
+  double rms = 0.0;  ///< RMS error of the samples in this class of speeds, output units
   std::size_t samples = 0;
 };
 
@@ -96,7 +100,7 @@ std::vector<RateError> errors_by_rate(const Dataset& dataset, const std::vector<
 struct MemoryEstimate {
   InitialMemory memory;
   double offset = 0.0;  ///< constant to add to the model's output
-  double rms = 0.0;     ///< RMS error of the samples that were used, output units
+  double rms = 0.0;     ///< RMS error over the samples from which the memory was estimated, output units
 };
 
 /// Returns the memory and the offset with the smallest RMS error over the first `samples` samples. If

@@ -30,7 +30,8 @@ std::vector<double> without_creep(const model::OutputCreep& creep, const std::ve
   constexpr double as_long = 1e-9;  // time steps whose relative difference is smaller count as equally long
   const std::vector<double>& rates_per_s = creep.rates_per_s();
   model::OutputCreep::State state;
-  // In one time step, each lag of the creep covers this share of its distance from the output h.
+  // The creep is a sum of first-order lags that follow h, the output of the hysteresis. In one time step, the
+  // output of lag j moves by share[j] of its distance from h.
   std::vector<double> share(rates_per_s.size());
   double step_s = 0.0, h = 0.0;
   for (std::size_t i = 0; i < outputs.size(); ++i) {
