@@ -67,8 +67,8 @@ struct ForeignAccess {
   std::uint64_t sdo_writes = 0;
   std::uint64_t sdo_reads = 0;
 };
-/// Describes the access. Example: "2 NMT commands, 1 SDO write, 30 SDO reads of another node". Returns an
-/// empty text if there was no access.
+/// Describes the commands and requests in `access`. Example: "2 NMT commands, 1 SDO write, 30 SDO reads of
+/// another node". Returns an empty text if there was no access.
 std::string describe(const ForeignAccess& access);
 
 /// The meaning of a received heartbeat.
