@@ -8,7 +8,7 @@
 //
 // For the held-out column, the model is identified again. It keeps its order and symmetry, which were chosen
 // with all samples. If its thresholds were the ends of the observed inputs, they stay there. Everything else
-// is identified anew: k, curves, other thresholds, delay and initial memories.
+// is identified again: convergence rates, curves, other thresholds, delay and initial memories.
 //
 // Every baseline has the delay, the thresholds and the initial memory of the identified model. If symmetry is
 // even, its inputs are folded. Several datasets are joined into one sequence. Between two datasets, the

@@ -8,8 +8,9 @@
 
 namespace hystcan::identification {
 
-/// Fits the weights of `plays` play operators, at least one. The initial values of the plays follow from a
-/// history.
+/// Fits the weights of `plays` play operators, at least one. The values of the plays at the first sample
+/// follow from inputs that are assumed before it. Several such input sequences are tried (see
+/// baseline_models.h), and the best fit is returned.
 BaselineModel fit_prandtl_ishlinskii(const Samples& samples, std::size_t plays);
 
 /// Fits the weights and the initial values of the plays together, by Levenberg's method. Starts from the best
