@@ -12,11 +12,11 @@
 //
 //   x + G (y - F x)
 //
-// is a dataset of the quasi-static output. The best curves, k, memory and offsets for this dataset are found
-// as for any dataset. At the same time, regressors G dF/dp x correct p to first order: otherwise the curves
-// would compensate a wrong p. Then p is fitted to y with the new x (Levenberg's method), and the next step
-// begins. The first p is the p of the dataset that shows the mode most clearly (second_order_fit.h, driven by
-// x).
+// is a dataset of the quasi-static output. The best curves, convergence rates, memory and offsets for this
+// dataset are found as for any dataset. At the same time, regressors G dF/dp x correct p to first order:
+// otherwise the curves would compensate a wrong p. Then p is fitted to y with the new x (Levenberg's method),
+// and the next step begins. The first p is the p of the dataset that shows the mode most clearly
+// (second_order_fit.h, driven by x).
 #pragma once
 
 #include <vector>

@@ -245,10 +245,10 @@ double profile_reach(int coordinate, double longest, const Task& response, Box b
   return longest;
 }
 
-// Returns the confidence interval of one coordinate. Usually it is +-1.96 standard errors. But near half the
-// sampling rate, the samples depend only on the square of the distance from half the sampling rate. The
-// sensitivity to the frequency is zero there, and the standard error has no meaning. A wide interval is
-// therefore limited by a search, profile_reach().
+// Returns the confidence interval of one coordinate. Usually it is +-1.96 standard errors. But if the natural
+// frequency is near half the sampling rate, the samples depend only on the square of the difference of these
+// two frequencies. The sensitivity to the natural frequency is then zero, and the standard error has no
+// meaning. A wide interval is therefore limited by a search, profile_reach().
 model::Interval around(int coordinate, const Box& box, const Task& response, const Point& point,
                        const Confidence& confidence) {
   constexpr double wide = 0.01;

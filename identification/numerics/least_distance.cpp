@@ -29,7 +29,8 @@ VectorXd LeastDistance::in_triangle(const VectorXd& of) const {
 
 bool LeastDistance::meet(const VectorXd& g, double h) {
   double multiplier = 0.0;
-  // A limit for safety, far higher than the number of exchanges that is ever needed.
+  // In each pass of this loop, an active inequality becomes inactive, or the new one is satisfied. The limit
+  // is far higher than the number of passes that is ever needed; it only prevents an endless loop.
   for (Index exchanges = 10 * (z_.size() + 1); exchanges > 0; --exchanges) {
     const double lacking = h - g.dot(z_);
     if (lacking <= 0.0) return true;
