@@ -7,11 +7,11 @@
 //
 //   z = m + (x - g(m)) / g'(m),  weight |g'(m)|
 //
-// z is a dataset of m: the best curves, k, delay and memory for it are found as for any dataset. Then g is
-// fitted to x with the new m, and the next step begins. Each step also corrects g to first order, by
-// regressors: the Chebyshev polynomials T_3 to T_6 of m (T_1 and T_2 would only shift and scale m). The first
-// m is derived from the dataset: its size is sqrt(x - x_valley), and its sign changes where x passes a valley
-// between two turning points of the input.
+// z is a dataset of m: the best curves, convergence rates, delay and memory for it are found as for any
+// dataset. Then g is fitted to x with the new m, and the next step begins. Each step also corrects g to first
+// order, by regressors: the Chebyshev polynomials T_3 to T_6 of m (T_1 and T_2 would only shift and scale m).
+// The first m is derived from the dataset: its size is sqrt(x - x_valley), and its sign changes where x
+// passes a valley between two turning points of the input.
 #pragma once
 
 #include <vector>

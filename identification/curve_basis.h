@@ -79,9 +79,13 @@ class CurveBasis {
   /// Returns the matrix that converts basis functions to a row: the product of this matrix with the basis
   /// functions at an input equals the result of row() for these basis functions.
   Eigen::MatrixXd rows(model::Direction direction) const;
-  /// Returns a row whose product with theta is the gap between the curves, (f_0^D - f_0^A) / (2 (1 - t)), at
-  /// the relative input t = (v - v_lo) / (v_hi - v_lo). The gap is divided by 1 - t because it is zero at t =
-  /// 1. At t = 1, the row is the limit of this quotient.
+  /// Returns the coefficients of the gap between the two curves as a function of the unknowns theta: the
+  /// product of the result with theta is the quotient
+  ///
+  ///   (f_0^D - f_0^A) / (2 (1 - t))        at the relative input t = (v - v_lo) / (v_hi - v_lo)
+  ///
+  /// The difference of the curves is divided by 1 - t because it is zero at t = 1. There, the product is the
+  /// limit of this quotient.
   Eigen::VectorXd gap(double t) const;
 
   /// Each of these functions returns the unknowns theta of an ascending and a descending curve. t is the

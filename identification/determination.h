@@ -1,5 +1,5 @@
-// Computes how well the datasets determine the values of a trial: how far each value can move before the
-// error grows.
+// Computes how well the datasets determine the parameters of the best model (convergence rates, creep,
+// delay): how far each of them can move before the error grows.
 #pragma once
 
 #include <functional>
@@ -42,8 +42,8 @@ std::optional<GainsInstead> gains_instead_of_creep(const Problem& problem, const
                                                    const std::function<bool()>& go_on);
 
 /// The delays that fit nearly as well as the best delay. A record at a single rate hardly distinguishes the
-/// delay from the width of the loops: with another delay, other curves and other k fit nearly as well. But
-/// such a model predicts faster inputs differently.
+/// delay from the width of the loops: with another delay, other curves and other convergence rates fit nearly
+/// as well. But such a model predicts faster inputs differently.
 struct DelayRange {
   /// Shortest and longest delay for which the RMS error of the fit is at most 10 % larger than with the best
   /// delay. For each tried delay, both convergence rates get their best values.

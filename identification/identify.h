@@ -41,7 +41,8 @@ struct Identified {
   /// not use (IdentifyOptions::unseen) do not count, except in a butterfly.
   double output_span = 0.0;
   model::Interval observed;
-  /// Range of each convergence rate k in which the model fits nearly as well; see pace_range().
+  /// Range of each convergence rate in which the model fits nearly as well as with its own rate; see
+  /// pace_range().
   model::Interval pace_ascending, pace_descending;
   /// Range of the creep per decade in which the model fits nearly as well as with its own creep; see
   /// creep_range(). `nullopt` if the creep was given, or if the model has none.
@@ -60,8 +61,8 @@ struct Identified {
   /// True if go_on stopped the search. The model is then the best result until the stop.
   bool stopped = false;
 
-  /// Returns the number of fitted parameters: curves, k, thresholds, delay, creep, dynamics and output map.
-  /// Parameters of a single dataset, such as its offset, do not count.
+  /// Returns the number of fitted parameters: curves, convergence rates, thresholds, delay, creep, dynamics
+  /// and output map. Parameters of a single dataset, such as its offset, do not count.
   std::size_t parameter_count() const;
   Lag lag() const { return {delay_s, dynamics, creep}; }
   /// Returns offset plus drift of a dataset at one of its rows, in output units.

@@ -8,6 +8,7 @@
 //
 //   x          output of the new model
 //   y, y_old   measured output, output of the old model
+//   share      weight of all old samples together, relative to the weight of the measured samples
 //
 // Where the inputs of the datasets excite the model, the datasets decide; elsewhere, the old model decides.
 // The loops of the old model are the major loop, and first-order reversal curves from both of its branches.

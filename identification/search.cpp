@@ -224,8 +224,9 @@ ShapeScore scored(const SearchState& state, TrialCost& cost) {
   return {state.found.shape, cost.fit().fit(state.trial()).rms, cost.fit().held_out(state.trial())};
 }
 
-// Tries the shapes of the curves in their order, with the present trial. Selects the first shape whose error
-// is near the smallest one.
+// Tries the shapes in `shapes` one after the other. Only the coefficients of the curves are fitted to each
+// shape; convergence rates, delay and the other searched parameters stay constant. Selects the first shape
+// whose error is near the smallest one.
 SearchState with_best_shape(SearchState state, TrialCost& cost, const std::vector<CurveShape>& shapes) {
   double least = infinite_cost;
   int worse = 0;  // number of consecutive shapes that were not better
@@ -292,8 +293,9 @@ SearchState with_input_map(const SearchState& plain, TrialCost& cost, std::vecto
   return plain;
 }
 
-// Tries splines instead of polynomials. If the polynomials fit badly, their k, thresholds and memories
-// compensate the wrong shape. In this case the splines do not start from them, but from a new search.
+// Tries splines instead of polynomials. If the polynomials fit badly, the convergence rates, thresholds and
+// memories that were found with them compensate the wrong shape. In this case, the splines do not start from
+// these values, but from a new search.
 SearchState with_splines(const SearchState& polynomial, TrialCost& cost) {
   const Problem& problem = cost.problem();
   const bool is_asked = cost.options().curves == CurveChoice::spline;
