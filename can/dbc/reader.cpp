@@ -256,7 +256,7 @@ void Reader::message() {
 
   const std::size_t index = database_.messages.size();
   if (!names_.emplace(name, index).second)
-    note(name, "message " + message.name + " occurs a second time: its name refers to the first message");
+    note(name, "message " + message.name + " occurs a second time: this name selects the first message");
   if (!database_.message_by_id.insert_or_assign(Database::key_of(message.id, message.extended), index)
            .second) {
     note(id_token, "identifier " + std::string(id_token) +

@@ -330,7 +330,7 @@ void Reader::note_repeated_long_names() {
     const Message& message = database_.messages[i];
     if (!messages.insert(message.name).second && !message.short_name.empty())
       note(texts_[i].name,
-           "message " + message.name + " occurs a second time: its name refers to the first message");
+           "message " + message.name + " occurs a second time: this name selects the first message");
     std::set<std::string_view> signals;
     for (std::size_t k = 0; k < message.signals.size(); ++k) {
       const Signal& signal = message.signals[k];

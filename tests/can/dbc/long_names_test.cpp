@@ -80,7 +80,7 @@ TEST(DbcLongNames, WarnIfTheyAreInvalidOrDuplicate) {
   EXPECT_EQ(database.find("A")->id, 1U);
   EXPECT_EQ(database.warnings,
             (Texts{"lab.dbc:3:6: signal S occurs a second time in message A: both are kept",
-                   "lab.dbc:4:7: message A occurs a second time: its name refers to the first message",
+                   "lab.dbc:4:7: message A occurs a second time: this name selects the first message",
                    "lab.dbc:7:38: 'not a name' is not a valid long name: the short name is kept"}));
 }
 

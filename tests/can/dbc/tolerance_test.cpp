@@ -98,7 +98,7 @@ TEST(DbcTolerance, KeepsDuplicateIdentifiersNamesAndSignals) {
   const Database names = read("BO_ 1 A: 1 X\nBO_ 2 A: 1 X\n");
   EXPECT_EQ(names.find("A")->id, 1U);
   EXPECT_EQ(names.warnings,
-            Warnings{"lab.dbc:2:7: message A occurs a second time: its name refers to the first message"});
+            Warnings{"lab.dbc:2:7: message A occurs a second time: this name selects the first message"});
   const Database signals =
       read(message(" SG_ S : 0|8@1+ (1,0) [0|0] \"\" A\n SG_ S : 8|8@1+ (1,0) [0|0] \"\" A") +
            "VAL_ 385 S 1 \"on\";");
