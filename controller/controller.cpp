@@ -177,7 +177,7 @@ std::vector<std::string> Controller::node_notes() const {
          std::initializer_list<const RemoteNode*>{&wired->amplifier, &wired->sensor}) {
       if (const std::string text = describe(node->foreign_access()); !text.empty()) add(*node, text);
       if (const std::uint64_t frames = node->outside_slot(); frames != 0)
-        add(*node, std::to_string(frames) + " heartbeats and statuses outside its slot");
+        add(*node, std::to_string(frames) + " heartbeats and statuses outside the slot of the node");
     }
   return lines;
 }

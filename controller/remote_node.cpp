@@ -64,8 +64,8 @@ std::string what_happened(const NodeEvent& event) {
     case NodeEvent::Kind::outside_slot:
       return fmt::format(
           "heartbeats or statuses of this node arrive outside its slot {} of {}, the last frame in slot {}: "
-          "set background_slots in the node, otherwise commands may be late",
-          event.node % event.slots, event.slots, event.sync_counter % event.slots);
+          "set background_slots = {} in the node, as in the controller, otherwise commands may be late",
+          event.node % event.slots, event.slots, event.sync_counter % event.slots, event.slots);
     case NodeEvent::Kind::another_controller:
       return "another node sends " + describe(event.frame);
   }

@@ -73,8 +73,8 @@ void LatenessLog::add(const CycleRecord& record) {
   const auto us = [](can::Duration d) { return std::chrono::duration<double, std::micro>(d).count(); };
   sink_(can::BusHealthLog::Level::warning,
         fmt::format(
-            "{} SYNC sent more than {:g} us late up to {:.3f} s, with a delay of at most {:.0f} us: run "
-            "hystcan doctor",
+            "{} SYNC sent more than {:g} us late until {:.3f} s after the start, each by at most {:.0f} us: "
+            "run hystcan doctor",
             *times, us(warn_), record.time_s, us(std::exchange(worst_, can::Duration::zero()))));
 }
 

@@ -11,8 +11,9 @@ namespace {
 template <class Payload>
 can::Layout<Payload> layout_of(const can::Database& database, const can::AxisWire& wire, const char* what) {
   if (auto layout = can::find_layout<Payload>(database, wire)) return std::move(*layout);
-  throw std::invalid_argument("no message " + wire.message_prefix + std::string(Payload::name) +
-                              ", expected one for the " + what + " of axis " + wire.name);
+  throw std::invalid_argument("the CAN database has no message " + wire.message_prefix +
+                              std::string(Payload::name) + ", expected one for the " + what + " of axis " +
+                              wire.name);
 }
 
 }  // namespace

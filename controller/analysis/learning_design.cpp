@@ -224,8 +224,8 @@ LearningDesign design_learning(const LoopConfig& loop, const Shape& shape, const
     if (finds_filter(responses, config, loop.cycle_s, design)) return design;
     design.periods += together;
   } while (design.plan.phases < most_taps && periods >= design.periods + settling_periods);
-  refuse("no filter learns if the resonance differs from the configured one by ", config.resonance_percent,
-         " %, expected a smaller resonance_percent, a notch, or less gain");
+  refuse("no learning filter converges if the resonance differs from the configured one by ",
+         config.resonance_percent, " %, expected a smaller resonance_percent, a notch, or less gain");
 }
 
 std::vector<std::optional<LearningDesign>> plan_learning(AxisConfig& axis, double rate_Hz) {

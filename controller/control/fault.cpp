@@ -44,8 +44,8 @@ constexpr std::array<CauseTraits, cause_count> cause_traits{{
     {"command not sendable",
      "the drive does not fit the Setpoint signal: check the DBC against drive_min and drive_max"},
     {"another controller is on this bus",
-     "another node sends a SYNC, or a heartbeat, a command or an axis status of this controller: the log "
-     "shows the frame; stop one of the two controllers"},
+     "another node sends a frame that only this controller may send (SYNC, its heartbeat, a command or an "
+     "axis status): the log shows the frame; stop one of the two controllers"},
     {"sample late",
      "samples arrive after the next SYNC or after command_deadline_us: check the bus load and the "
      "sensor's rate",

@@ -41,9 +41,11 @@ Learning::Learning(const Config& config) : config_(config) {
   for (std::size_t i = 0; i < segments_.size(); ++i) {
     const Plan& plan = config_.plans[i];
     if (plan.taps.empty()) continue;
-    if (plan.taps.size() % 2 == 0 || plan.taps.size() > plan.phases || !(plan.cycle_s > 0.0))
-      refuse("a filter of ", plan.taps.size(), " taps for ", plan.phases,
-             " phases, expected an odd number of taps, at most the number of phases");
+    if (!(plan.cycle_s > 0.0)) refuse("cycle_s = ", plan.cycle_s, ", expected a positive number");
+    if (plan.taps.size() % 2 == 0 || plan.taps.size() > plan.phases)
+      refuse("a learning filter of ", plan.taps.size(), " taps for ", plan.phases,
+             " phases (the control cycles that are learnt together), expected an odd number of taps, at most "
+             "the number of phases");
     segments_[i].correction_um.assign(plan.phases, 0.0);
     segments_[i].cycles_per_s = 1.0 / plan.cycle_s;
     segments_[i].phases_per_s =

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace hystcan::controller {
@@ -162,8 +163,9 @@ double Sawtooth::peak_acceleration_um_per_s2() const {
 MonotoneCubic::MonotoneCubic(std::vector<double> x, std::vector<double> y)
     : x_(std::move(x)), y_(std::move(y)), slope_(x_.size(), 0.0) {
   if (x_.size() < 2 || x_.size() != y_.size())
-    throw std::invalid_argument(
-        "the curve has too few points, expected at least two points with one y for each x");
+    throw std::invalid_argument("the curve has " + std::to_string(x_.size()) + " values of x and " +
+                                std::to_string(y_.size()) +
+                                " values of y, expected at least two, and one y for each x");
   if (!finite(x_) || !finite(y_) || std::ranges::adjacent_find(x_, std::greater_equal{}) != x_.end())
     throw std::invalid_argument(
         "the curve's points are not in order, expected finite points with "

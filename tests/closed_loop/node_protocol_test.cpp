@@ -208,7 +208,7 @@ TEST_F(BackgroundSlots, AreReportedOncePerNodeThatIgnoresThem) {
   setup.twin.background_slots = 0;
   const std::vector<std::string> lines = notes();
   ASSERT_EQ(lines.size(), 2U);
-  EXPECT_TRUE(lines[0].ends_with(" heartbeats and statuses outside its slot")) << lines[0];
+  EXPECT_TRUE(lines[0].ends_with(" heartbeats and statuses outside the slot of the node")) << lines[0];
   EXPECT_EQ(told_of("node 8"), 2);
   EXPECT_EQ(told_of("node 16"), 2);
   EXPECT_EQ(events.size(), 4U);

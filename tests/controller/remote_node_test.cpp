@@ -37,7 +37,7 @@ TEST_F(NodeEight, IsReportedOnceForThreeMoreFramesOutsideThanWithin) {
   EXPECT_EQ(
       describe(*event),
       "node 8: heartbeats or statuses of this node arrive outside its slot 8 of 24, the last frame in slot "
-      "17: set background_slots in the node, otherwise commands may be late");
+      "17: set background_slots = 24 in the node, as in the controller, otherwise commands may be late");
   EXPECT_FALSE(node.take_event());
   EXPECT_EQ(node.outside_slot(), 6U);
 }

@@ -123,11 +123,11 @@ TEST(LatenessLog, WritesOneLinePerSecondForAllLateSyncs) {
     log.add(late_by(cycle, late));  // record of the other axis in the same cycle
   }
   ASSERT_EQ(lines.size(), 2u);
-  EXPECT_TRUE(
-      lines[0].starts_with("1 SYNC sent more than 200 us late up to 0.010 s, with a delay of at most 210 us"))
+  EXPECT_TRUE(lines[0].starts_with(
+      "1 SYNC sent more than 200 us late until 0.010 s after the start, each by at most 210 us"))
       << lines[0];
   EXPECT_TRUE(lines[1].starts_with(
-      "98 SYNC sent more than 200 us late up to 1.010 s, with a delay of at most 590 us"))
+      "98 SYNC sent more than 200 us late until 1.010 s after the start, each by at most 590 us"))
       << lines[1];
 }
 
