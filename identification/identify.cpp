@@ -123,7 +123,7 @@ void check_common_inputs(const std::vector<Dataset>& datasets) {
       "dataset ", i + 1, " has inputs from ", ranges[i].lo, " to ", ranges[i].hi, ", the others from ",
       tied.lo, " to ", tied.hi,
       ": without common inputs the output offset between the datasets is unknown, expected common inputs, or "
-      "one output zero for all datasets");
+      "the same output zero for all datasets (option --common-zero)");
 }
 
 class Identification {

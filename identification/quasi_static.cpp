@@ -91,8 +91,8 @@ Grid grid_of(const std::vector<double>& time_s) {
     const double cycles = static_cast<double>(grid.cycles[n] - grid.cycles[n - 1]);
     if (!(std::abs(steps_s[n - 1] - cycles * grid.cycle_s) <= unevenness * grid.cycle_s))
       refuse("time_s of row ", n + 1, " is ", steps_s[n - 1],
-             " s after the row before, expected an evenly sampled dataset: a whole multiple of ",
-             grid.cycle_s, " s, with a tolerance of 10 % of this time");
+             " s after the row before, expected the sampling interval of ", grid.cycle_s,
+             " s, or a whole multiple of it if rows are missing, with a tolerance of 10 % of the interval");
   }
   if (grid.length() > 2 * static_cast<Eigen::Index>(time_s.size()))
     refuse(grid.length() - static_cast<Eigen::Index>(time_s.size()), " of ", grid.length(),

@@ -209,9 +209,10 @@ class Comparing {
     result_.held_out_samples = count(unseen);
     result_.held_out_cycles = cycles_in(unseen);
     if (result_.held_out_samples == 0)
-      result_.no_hold_out =
-          text_of("too few cycles (", result_.cycles,
-                  "); the cycles that reach the ends of the input range are always used for the fit");
+      result_.no_hold_out = text_of(
+          "too few cycles (", result_.cycles,
+          ") to leave some out of the fit; the cycles that reach the ends of the input range are always "
+          "used");
     else if (const auto again = identify_without(unseen))
       judge_held_out(*again, unseen);
   }

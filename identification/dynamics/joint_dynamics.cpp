@@ -223,8 +223,9 @@ class JointDynamics {
   Identified compared(const Identified& before, Identified best) const {
     if (best.overall.rms > worth_dynamics * before.overall.rms)
       refuse("a mode at ", std::round(best.dynamics->mode.natural_frequency_Hz),
-             " Hz does not lower the error, ", before.overall.rms, " ", best.parameters.output_unit,
-             " RMS without the mode: use faster inputs to show the dynamics");
+             " Hz lowers the RMS error by less than ", std::round(100.0 * (1.0 - worth_dynamics)),
+             " %; without the mode, the error is ", before.overall.rms, " ", best.parameters.output_unit,
+             ": use faster inputs to show the dynamics");
     for (std::size_t i = 0; i < datasets_.size(); ++i)
       best.datasets[i] = characterise(datasets_[i], best.observed);
     best.output_span = before.output_span;

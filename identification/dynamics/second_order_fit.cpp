@@ -310,8 +310,8 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
     throw ModeNotShown(text_of(
         "the dataset allows natural frequencies from ", range_of(fit.natural_frequency_Hz),
         " Hz and damping ratios from ", range_of(fit.damping_ratio),
-        ", expected a dataset that determines both values: move the drive more near the resonance, record "
-        "longer, or sample faster;",
+        ", expected a dataset that determines both values: excite the stage more at frequencies near the "
+        "resonance, record longer, or sample faster;",
         " this dataset shows only a lag between drive and output"));
   constexpr double slowest_Hz = 1.0;
   if (fit.natural_frequency_Hz.value < slowest_Hz)
@@ -319,10 +319,10 @@ void check_determined(const SecondOrderFit& fit, const Point& point, const Box& 
            " Hz, expected at least ", slowest_Hz, ": check the unit of the time");
   if (fit.delay_s.hi < 0.0)
     throw ModeNotShown(text_of(
-        "the best mode has a delay of ", in_three_digits(fit.delay_s.value),
-        " s, which is impossible: the natural frequency is above half the sampling rate, or the input of "
-        "a row is wrong; the input must be ",
-        "the drive from that row to the next row"));
+        "the mode that fits best has a negative delay, ", in_three_digits(fit.delay_s.value),
+        " s, which is impossible: the natural frequency is above half the sampling rate, or the input is "
+        "shifted by a row; the input of a row must be ",
+        "the drive that acts from the time of this row to the time of the next row"));
 }
 
 }  // namespace

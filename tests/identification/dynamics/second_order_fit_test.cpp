@@ -291,7 +291,7 @@ TEST(SecondOrderFit, RefusesALateDrive) {
   late.input.insert(late.input.begin(), late.input.front());
   late.input.pop_back();
   late.output.back() = late.output[late.size() - 2];
-  EXPECT_NE(refusal(late).find("the drive from that row to the next row"), std::string::npos)
+  EXPECT_NE(refusal(late).find("the drive that acts from the time of this row"), std::string::npos)
       << refusal(late);
 }
 
