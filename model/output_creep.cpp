@@ -33,7 +33,8 @@ OutputCreep::OutputCreep(const Config& config) : weight_(config.per_decade / lag
   at_once_ = 1.0 - static_cast<double>(lags) * weight_;
   if (at_once_ < 0.5)
     refuse("creep per_decade = ", config.per_decade, " with ", lags,
-           " lags: the share of the output that arrives at once is ", at_once_, ", expected at least 0.5");
+           " first-order lags leaves a share without lag of ", at_once_,
+           " in the output, expected at least 0.5: lower per_decade or to_s");
   rates_per_s_.reserve(lags);
   for (std::size_t i = 0; i < lags; ++i)
     rates_per_s_.push_back(std::pow(10.0, -static_cast<double>(i) / lags_per_decade) / config.from_s);

@@ -38,8 +38,8 @@ OutputMap::OutputMap(const std::vector<double>& coefficients, Interval inner)
     valley_ = zero_of_slope(series_, m - step, m);
   }
   if (!rises)
-    refuse("output map falls as far as its end at ", inner.hi,
-           ", expected an output map that rises at its end");
+    refuse("output map still falls at its upper end, ", inner.hi,
+           ", expected an output map that rises at its upper end");
 }
 
 Interval OutputMap::beyond_valley(Interval m) const {

@@ -55,7 +55,7 @@ std::vector<double> slopes_of(double gain, const std::vector<double>& weights) {
     magnitude += std::abs(weights[i]);
     if (!(slopes.back() > 1e-12 * magnitude))
       refuse("gain + ... + ", element("weights", i), " = ", slopes.back(),
-             ", expected a sum above 0 by more than rounding");
+             ", expected a positive sum, more than 1e-12 of the sum of the absolute values");
   }
   return slopes;
 }

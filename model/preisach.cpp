@@ -15,7 +15,8 @@ std::size_t levels_of(std::size_t weights) {
   std::size_t levels = 0;
   while (levels * (levels + 1) / 2 < weights) ++levels;
   if (levels == 0 || levels * (levels + 1) / 2 != weights)
-    refuse(weights, " weights, expected N (N + 1) / 2 of them: 1, 3, 6, 10, ...");
+    refuse(weights,
+           " weights, expected N (N + 1) / 2 weights for N parts of the input range: 1, 3, 6, 10, ...");
   return levels;
 }
 

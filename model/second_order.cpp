@@ -76,7 +76,7 @@ SecondOrder::SecondOrder(const Config& config, double dt_s) {
   const Extended omega = 2 * Extended(std::numbers::pi_v<long double>) * config.natural_frequency_Hz;
   const Extended tau = omega * dt_s;
   if (tau * (1 + 2 * config.damping_ratio) > 1e6L)
-    refuse("step of ", dt_s, " s at ", config.natural_frequency_Hz,
+    refuse("time step of ", dt_s, " s for a mode of ", config.natural_frequency_Hz,
            " Hz, expected less than a million time constants of the mode");
   const Matrix step = transition(config.damping_ratio, tau);
   const auto from_after = [&](std::size_t row) { return step[row][3] / tau; };

@@ -314,7 +314,8 @@ std::string remedy(const HysteresisParameters& parameters, Direction direction) 
     return message_of(in_use, " is too small, at least ", allowed->lo, " is valid");
   const auto scaled = [&](double factor) { return with_both_k_times(parameters, factor); };
   if (k <= 0.0 || find_decreasing_branch(scaled(0.0)))
-    return message_of(in_use, " is not the cause; the curves are too far apart at these inputs");
+    return message_of(
+        in_use, " is not the cause; the two curves are too far apart at the inputs with the negative slope");
   const HysteresisParameters good = scaled(last_good(scaled, 0.0, 1.0));
   return message_of(in_use, " is too large together with ", name_of_k(opposite(direction)),
                     "; valid values are k_ascending = ", good.k_ascending,

@@ -197,8 +197,8 @@ INSTANTIATE_TEST_SUITE_P(
                 "creep from_s = 1e-10 to to_s = 1e+06 makes 33 lags, expected at most 32"},
         Refused{"TooMuch",
                 {0.5, 0.01, 1.0},
-                "creep per_decade = 0.5 with 5 lags: the share of the output that arrives at once is -0.25, "
-                "expected at least 0.5"}),
+                "creep per_decade = 0.5 with 5 first-order lags leaves a share without lag of -0.25 in the "
+                "output, expected at least 0.5: lower per_decade or to_s"}),
     [](const auto& test) { return test.param.name; });
 
 // Times and wanted outputs. 0.2 to 0.8 of the range is within reach for any creep: with n w = 0.06 it

@@ -156,7 +156,8 @@ TEST(PrandtlIshlinskii, NamesTheParameterThatItRefuses) {
   EXPECT_EQ(refusal([](auto& p) { p.thresholds[1] = nan; }), "thresholds[1] = nan, expected a finite number");
   EXPECT_EQ(refusal([](auto& p) { p.weights[1] = infinity; }), "weights[1] = inf, expected a finite number");
   EXPECT_EQ(refusal([](auto& p) { p.weights[1] = -0.5; }),
-            "gain + ... + weights[1] = -0.25, expected a sum above 0 by more than rounding");
+            "gain + ... + weights[1] = -0.25, expected a positive sum, more than 1e-12 of the sum of the "
+            "absolute values");
 }
 
 // In floating point, 0.1 + 0.2 - 0.3 is 6e-17.
