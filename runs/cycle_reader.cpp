@@ -22,7 +22,8 @@ using Kind = controller::CycleColumn::Kind;
 std::filesystem::path regular(std::filesystem::path file) {
   std::error_code ignored;
   if (!std::filesystem::is_regular_file(file, ignored))
-    throw Error(file, "is not a file", expect("a run's folder or a CSV of cycles"));
+    throw Error(file, "is not a file",
+                expect("a run's folder or a CSV of control cycles (from hystcan controller --csv)"));
   return file;
 }
 
@@ -62,13 +63,16 @@ bool has_cycles(const std::filesystem::path& file) {
 }
 
 CycleReader::CycleReader(std::filesystem::path file) : lines_(regular(std::move(file))) {
-  if (!lines_.next()) lines_.fail("no header row, expected a CSV of cycles");
+  if (!lines_.next())
+    lines_.fail("no header row, expected a CSV of control cycles (from hystcan controller --csv)");
   lines_.end_comments();
   config::split_fields(lines_.text(), ',', fields_);
   header_.assign(fields_.begin(), fields_.end());
   for (const char* needed : needed_columns)
     if (!field_of(needed))
-      lines_.fail(fmt::format("no column {}, expected a run's folder or a CSV of cycles", needed));
+      lines_.fail(fmt::format(
+          "no column {}, expected a run's folder or a CSV of control cycles (from hystcan controller --csv)",
+          needed));
   axis_field_ = *field_of("axis");
 }
 
@@ -115,7 +119,8 @@ double CycleReader::value(const Wanted& wanted) const {
     case Kind::cause:
       if (const auto found = std::ranges::find(wanted.words, text); found != wanted.words.end())
         value = static_cast<double>(found - wanted.words.begin());
-      expected = "a name that this version of hystcan uses";
+      expected = wanted.column->kind == Kind::state ? "the name of an axis state in this version of hystcan"
+                                                    : "the name of a fault in this version of hystcan";
       break;
     case Kind::whole:
     case Kind::number:

@@ -71,11 +71,15 @@ TEST_F(CyclesOfAFile, AreRefusedWithTheirLine) {
             file + ":2:1: the row has 3 fields, expected 7 as in the header");
   EXPECT_EQ(refusal_of(header + "7,0.5,x,tracking,none,far,\n"),
             file + ":2:23: position_um is \"far\", expected a number");
-  EXPECT_EQ(refusal_of(header + "7,0.5,x,flying,none,1,\n", "state"),
-            file + ":2:9: state is \"flying\", expected a name that this version of hystcan uses");
+  EXPECT_EQ(
+      refusal_of(header + "7,0.5,x,flying,none,1,\n", "state"),
+      file + ":2:9: state is \"flying\", expected the name of an axis state in this version of hystcan");
   EXPECT_EQ(refusal_of("time_s,input,output\n"),
-            file + ":1:1: no column cycle, expected a run's folder or a CSV of cycles");
-  EXPECT_EQ(refusal_of(""), file + ":1:1: no header row, expected a CSV of cycles");
+            file +
+                ":1:1: no column cycle, expected a run's folder or a CSV of control cycles (from hystcan "
+                "controller --csv)");
+  EXPECT_EQ(refusal_of(""),
+            file + ":1:1: no header row, expected a CSV of control cycles (from hystcan controller --csv)");
   EXPECT_NE(refusal_of(header + std::string(100'000, 'x') + "\n"), "accepted");
   EXPECT_NE(refusal_of(header, "velocity").find("no signal velocity, expected one of cycle, time_s"),
             std::string::npos);

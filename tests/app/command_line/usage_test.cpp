@@ -110,7 +110,9 @@ TEST(Usage, EveryErrorOfTheParserIsOneLineWithItsPlace) {
       {{"validate", "a", "b", "--memory", ""}, "hystcan validate: --memory: is empty, expected a value\n"},
       {{"decode", "a", "--dbc", "b\nc"}, "hystcan: b c: cannot be read: No such file or directory\n"},
       {{"export", std::string(300, 'a')},
-       "hystcan: " + std::string(300, 'a') + ": is not a file, expected a run's folder or a CSV of cycles\n"},
+       "hystcan: " + std::string(300, 'a') +
+           ": is not a file, expected a run's folder or a CSV of control cycles "
+           "(from hystcan controller --csv)\n"},
       {{"check"}, "hystcan check: CONFIG is required; see hystcan check --help\n"},
       {{"check", "a", "b"}, "hystcan check: unexpected argument 'b'; see hystcan check --help\n"},
       {{"check", "a\nb", "c\nd"}, "hystcan check: unexpected argument 'c d'; see hystcan check --help\n"}};
