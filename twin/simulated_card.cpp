@@ -137,8 +137,9 @@ node::VoltageRange SimulatedCard::range_of(unsigned bits, const node::CardChanne
 SimulatedCard::Stage& SimulatedCard::stage_driven_by(const node::CardChannel& place) {
   for (const auto& stage : stages_)
     if (is_at(stage->wired.config.drive_output, place)) return *stage;
-  throw Error(card_name, fmt::format("no axis has channel {} as its output", place.channel),
-              {.remedy = "set this card as the device of the axis, not of the channel"});
+  throw Error(
+      card_name, fmt::format("no axis of this card has channel {} as its output", place.channel),
+      {.remedy = "name this card in the key device of the axis, and remove the key device of the channel"});
 }
 
 node::VoltageRange SimulatedCard::check_output(const node::CardChannel& place) {
@@ -170,8 +171,9 @@ std::unique_ptr<node::VoltageInput> SimulatedCard::input(const node::CardChannel
         return plant.drive() * config.volts_per_drive;
       });
   }
-  throw Error(card_name, fmt::format("no axis has channel {} as an input", place.channel),
-              {.remedy = "set this card as the device of the axis, not of the channel"});
+  throw Error(
+      card_name, fmt::format("no axis of this card has channel {} as an input", place.channel),
+      {.remedy = "name this card in the key device of the axis, and remove the key device of the channel"});
 }
 
 std::unique_ptr<node::LineOutput> SimulatedCard::line_output(const node::CardChannel&) {
