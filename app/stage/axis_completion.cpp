@@ -149,7 +149,8 @@ std::string loop_line(const TuningReport& report) {
          (is_cautious(report, first)
               ? fmt::format("; margins of {:g} degrees and {:.2g} dB", report.cautious_rule.phase_margin_deg,
                             decibel(report.cautious_rule.gain_margin))
-              : "; the cautious loop does not track the reference, so this loop is used");
+              : "; the configuration gets this loop because the cautious loop (with lower gains) does not "
+                "track the reference in a rehearsal");
 }
 
 TuningReport tuned_by_step(Stage& stage, std::size_t i, const AxisRecords& records,
