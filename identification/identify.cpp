@@ -270,8 +270,8 @@ class Identification {
     result_.parameters.output_unit = datasets().front().output_unit;
     if (!fitted.valid)
       refuse(
-          "no model with an inverse fits: some branch decreases for every k; check that the dataset "
-          "is a hysteresis loop");
+          "no model with an inverse fits: a branch decreases for every k_ascending and k_descending; check "
+          "that the dataset is a hysteresis loop");
     result_.delay_s = trial.delay_s;
     result_.creep = creep_of(trial.creep_per_decade);
     result_.memories = trial.memories;

@@ -106,7 +106,7 @@ void check_meeting(const HysteresisParameters& p) {
     if (below(v))
       refuse("descending curve is ", p.ascending.value(v) - p.descending.value(v), " ", p.output_unit,
              " below the ascending curve at ", v, " ", p.input_unit,
-             ", expected a curve above it (the loops may be clockwise)");
+             ", expected a descending curve above the ascending one (the loops may be clockwise)");
 }
 
 void check_output_map(const HysteresisParameters& p) {

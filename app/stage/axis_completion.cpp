@@ -51,7 +51,7 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
       validate(model::Hysteresis(parameters), *records.unseen,
                {.lag = {.delay_s = delay_s, .dynamics = {}}, .estimate_s = {}, .memory = {}});
   return fmt::format(
-      "unseen: {} is predicted with an error of {:.3g} % RMS, {:.3g} % at most; "
+      "unseen: {} is predicted with an error of {:.3g} % RMS, {:.3g} % at most, relative to the output span; "
       "the model was identified without this record",
       records.unseen_file->filename().string(), 100.0 * seen.all.rms / seen.output_span,
       100.0 * seen.all.max / seen.output_span);

@@ -189,8 +189,9 @@ class IioCard final : public Card {
     throw ChannelError(
         "channel",
         Error(name_,
-              fmt::format("the device has no {} channel {}{}", is_output ? "output" : "input", channel_id,
-                          place.reference == VoltageReference::differential ? "-N" : ""),
+              fmt::format("the device has no {}{} channel {}",
+                          place.reference == VoltageReference::differential ? "differential " : "",
+                          is_output ? "output" : "input", channel_id),
               {.remedy = names.empty()
                              ? fmt::format("set device to a chip with {}s", is_output ? "output" : "input")
                              : fmt::format("available channels: {}", fmt::join(names, ", "))}));
