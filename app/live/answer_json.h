@@ -89,7 +89,9 @@ class AnswerReader {
   template <class T>
   void member(const char* name, T& value, About) {
     const auto found = object_.find(name);
-    if (found == object_.end()) throw RunError(fmt::format("the answer has no \"{}{}\"", place_, name));
+    if (found == object_.end())
+      throw RunError(fmt::format(
+          "the answer has no \"{}{}\"; the sender must have the same version of hystcan", place_, name));
     read_value(*found, value, place_ + name);
   }
   template <class T>
@@ -124,7 +126,9 @@ void read_value(const nlohmann::json& from, T& to, const std::string& place) {
     to = from.get<std::string>();
   } else if constexpr (HasWords<T>) {
     const auto word = from.is_string() ? parse_word<T>(from.get<std::string>()) : std::nullopt;
-    require(word.has_value(), "a word that this version of hystcan uses");
+    require(word.has_value(),
+            "one of the words that this version of hystcan has for this value; "
+            "the sender must have the same version");
     to = *word;
   } else if constexpr (is_optional<T>) {
     read_value(from, to.emplace(), place);

@@ -153,10 +153,11 @@ template <class V>
 void visit(V& v, controller::Learning::Report& a) {
   v.member("state", a.state, {"", "`learning`, `resting`, `frozen`, `diverged`"});
   v.member("periods", a.periods, {"", "number of evaluated periods"});
-  v.member("rms_um", a.rms_um, {"um", "RMS error of the last period"});
+  v.member("rms_um", a.rms_um, {"um", "RMS error in the last evaluated period of the reference"});
   v.member("first_rms_um", a.first_rms_um, {"um", "RMS error without learning"});
   v.member("correction_um", a.correction_um, {"um", "present correction"});
-  v.member("correction_max_um", a.correction_max_um, {"um", "largest correction of the last period"});
+  v.member("correction_max_um", a.correction_max_um,
+           {"um", "largest correction of the reference after the last evaluated period"});
 }
 
 struct AxisAnswer {
@@ -203,7 +204,8 @@ void visit(V& v, AxisAnswer& a) {
       {"",
        "missing conditions: for each node only the first, because its later conditions depend on the first. "
        "A ready amplifier can have two: its output is out of range, and its output changes"});
-  v.optional("fault_time_s", a.fault_time_s, has_fault, {"s", "faulted axis: time of the fault"});
+  v.optional("fault_time_s", a.fault_time_s, has_fault,
+             {"s", "faulted axis: time from the start of the controller to the fault"});
   v.optional("remedy", a.remedy, has_fault, {"", "faulted axis: what to do"});
   v.optional("reference_um", a.reference_um, a.tracks(), {"um", "while tracking: the reference"});
   v.optional("error_um", a.error_um, a.tracks(), {"um", "while tracking: reference - position"});
@@ -294,9 +296,10 @@ void visit(V& v, TwinFaultAnswer& a) {
   v.optional("node", a.node, a.node.has_value(),
              {"", "`sensor` or `amplifier`; missing for a fault of the stage"});
   v.optional("value", a.value, a.value.has_value(),
-             {"", "strength of the fault, in the unit of this kind of fault"});
+             {"", "strength of the fault, in the [unit of its kind](twin.md#faults)"});
   v.member("began_s", a.began_s, {"s", "start of the fault, since the start of the twin"});
-  v.optional("ends_s", a.ends_s, a.ends_s.has_value(), {"s", "end of the fault, if it has a duration"});
+  v.optional("ends_s", a.ends_s, a.ends_s.has_value(),
+             {"s", "end of the fault, since the start of the twin; only if the fault has a duration"});
 }
 
 struct TwinStatusAnswer {

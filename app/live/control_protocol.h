@@ -113,11 +113,13 @@ inline constexpr std::array setting{
 inline constexpr auto new_fault = std::to_array<Argument>(
     {{"kind", "KIND", Type::fault, "no_reply", "kind of fault"},
      {"axis", "--axis", Type::text, "x", "axis; default: the only axis", false},
-     {"node", "--node", Type::node, "sensor", "node with the fault, if this kind is possible in both nodes",
+     {"node", "--node", Type::node, "sensor",
+      "node with the fault; default: the only possible node, or the sensor if both nodes are possible",
       false},
      {"duration_s", "--duration", Type::duration_s, "0.5",
       "duration in seconds; default: until the fault is removed", false},
-     {"value", "--value", Type::number, "", "strength of the fault, in the unit of its kind", false}});
+     {"value", "--value", Type::number, "",
+      "strength of the fault; docs/twin.md has the unit and the default for each kind of fault", false}});
 inline constexpr auto old_faults =
     std::to_array<Argument>({{"kind", "KIND", Type::fault, "no_reply", "kind of fault; default: all", false},
                              {"axis", "--axis", Type::text, "x", "axis; default: all", false}});
@@ -125,7 +127,8 @@ inline constexpr auto old_faults =
 inline constexpr auto commands = std::to_array<ControlCommand>({
     {status, "status", reads, states, twin_states, 0, nothing, "show the state of every axis"},
     {reload, "reload", writes, changes, none, 5, nothing, "read the configuration file again"},
-    {undo, "undo", writes, changes, none, 4, nothing, "reverse the last set since the file was read"},
+    {undo, "undo", writes, changes, none, 4, nothing,
+     "reverse the last command `set`, unless the file was read again after it"},
     {settings, "settings", reads, keys, none, 0, nothing,
      "show the active values that differ from the file; with --json all keys"},
     {stop, "stop", ends, done, done, 0, nothing,

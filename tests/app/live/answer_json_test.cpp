@@ -54,15 +54,15 @@ TEST(Answers, NameAMissingMember) {
   json without = status;
   without["axes"][1].erase("drive");
   EXPECT_EQ(support::refusal_of<RunError>([&] { read_answer<StatusAnswer>(without); }),
-            "the answer has no \"axes[1].drive\"");
+            "the answer has no \"axes[1].drive\"; the sender must have the same version of hystcan");
 }
 
 TEST(Answers, NameAMemberOfAnotherType) {
   json wrong = status;
   wrong["axes"][0]["state"] = "dancing";
-  EXPECT_EQ(
-      support::refusal_of<RunError>([&] { read_answer<StatusAnswer>(wrong); }),
-      "\"axes[0].state\" of the answer is \"dancing\", expected a word that this version of hystcan uses");
+  EXPECT_EQ(support::refusal_of<RunError>([&] { read_answer<StatusAnswer>(wrong); }),
+            "\"axes[0].state\" of the answer is \"dancing\", expected one of the words that this version of "
+            "hystcan has for this value; the sender must have the same version");
 }
 
 TEST(Answers, ThrowTheReasonOfARefusal) {
