@@ -253,7 +253,7 @@ void write_save(const std::filesystem::path& file, const ConfigSave& save) {
       std::filesystem::permissions(kept.written(), std::filesystem::status(target).permissions());
       kept.commit();
     } catch (const std::exception& error) {
-      throw RunError(fmt::format("the previous text of the file cannot be kept{}",
+      throw RunError(fmt::format("the previous text of the file, which undo needs, cannot be kept{}",
                                  save.undoes ? "" : ", so nothing is saved"),
                      error);
     }

@@ -34,7 +34,9 @@ ControlLink::ControlLink(boost::asio::io_context& context, std::function<std::fi
 void ControlLink::ask(const nlohmann::json& command, Done done) {
   const ControlCommand& row = take_command(command, Server::controller);
   const bool reads = row.access == Access::reads;
-  if (!reads && waiting_.size() >= most_waiting) return done(refusal("too many commands at once"));
+  if (!reads && waiting_.size() >= most_waiting)
+    return done(refusal(fmt::format(
+        "{} commands already wait for the controller; try again after its answers", most_waiting)));
   const auto place =
       row.verb == Verb::status && !waiting_.empty() ? std::next(waiting_.begin()) : waiting_.end();
   waiting_.insert(place, {command.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n",

@@ -49,7 +49,8 @@ std::string read_token(const std::filesystem::path& file, const Descriptor& open
   struct stat folder {};
   if (fstat(opened.get(), &found) != 0 || stat(file.parent_path().c_str(), &folder) != 0)
     throw RunError(file, std::strerror(errno));
-  if (!S_ISREG(found.st_mode)) throw RunError(file, "is not a file", expect("the token of the page"));
+  if (!S_ISREG(found.st_mode))
+    throw RunError(file, "is not a file", expect("a regular file with the token of the page"));
   const bool is_trusted = found.st_uid == geteuid() || found.st_uid == folder.st_uid;
   if (!is_trusted || (found.st_mode & 077U) != 0)
     throw RunError(file, "belongs to another user, or others can read it",

@@ -235,7 +235,9 @@ void PageRequests::untrigger(PageClient& client, const RequestId& request_id, co
 void PageRequests::take_writer(PageClient& client, const RequestId& request_id, const json& request) {
   const bool is_forced = request.contains("force") && request.at("force") == true;
   if (!role_.is_free() && !role_.is_of(client) && !is_forced)
-    return refuse(request_id, "another page has the writer's role");
+    return refuse(request_id,
+                  "another page has the writer's role, so only that page can change something; "
+                  "\"force\": true takes the role from it");
   role_.give_to(client.number);
   reply(request_id, {{"ok", true}});
 }

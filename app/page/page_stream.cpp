@@ -105,7 +105,8 @@ void PageStream::read_head() {
 
 void PageStream::read_rows(std::uint32_t rows, std::uint32_t lost) {
   const std::size_t bytes = std::size_t{rows} * history_->columns() * sizeof(double);
-  if (bytes > longest_batch) return fail("sent a batch that is too long");
+  if (bytes > longest_batch)
+    return fail("sent more rows at once than the page accepts; the page connects again");
   const std::size_t missing = bytes - std::min(bytes, received_.size());
   boost::asio::async_read(
       socket_, received_, boost::asio::transfer_exactly(missing), then([this, bytes, lost] {
@@ -133,7 +134,8 @@ void PageStream::begin(const StreamGreeting& greeting) {
   if (!axis) throw std::runtime_error("the stream has no column \"axis\"");
   const double rate = greeting.rate_Hz;
   const std::size_t axes = greeting.axes.size();
-  if (greeting.stream != name_) throw std::runtime_error("the stream belongs to another process");
+  if (greeting.stream != name_)
+    throw std::runtime_error(fmt::format("another program sends this stream, expected the {}", name_));
   if (axes == 0 || axes > most_axes || !(rate > 0.0 && rate <= fastest_Hz))
     throw std::runtime_error("the axes or the rate of the stream are not valid");
   axis_ = *axis;
