@@ -215,7 +215,7 @@ Excitation::Hysteresis tried_small_first(const config::Config& config, const twi
           "drive {:.4g} to {:.4g} {} instead of {:g} to {:g}: "
           "a larger range moves the position out of its limits, {:g} to {:g} um, "
           "because the sensor reads about {:.3g} um at {:g} {}. "
-          "If that is the sensor's zero, set the zero with `hystcan init --sensor-at-safe`\n",
+          "If this reading is correct, create the stage with this reading: `hystcan init --sensor-at-safe`\n",
           smaller->low, smaller->high, unit, whole.low, whole.high, limits.position_min_um,
           limits.position_max_um, 0.5 * (measured->lo + measured->hi), control.gate.safe_drive, unit);
       return *smaller;

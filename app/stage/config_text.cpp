@@ -172,7 +172,7 @@ class FirstAxis {
            "assumed; the number of the input channel is assumed too; `hystcan doctor` examines the card");
     remark(axis_.analogue->volts_per_drive, "stated: the amplifier's gain");
     remark(axis_.analogue->position_um_per_V, "stated: the sensor");
-    remark(axis_.analogue->position_zero_um, "assumed: position at 0 V");
+    remark(axis_.analogue->position_zero_um, "assumed: position at which the output of the sensor is 0 V");
   }
 
   const AxisFacts& facts_;

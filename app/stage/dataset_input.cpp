@@ -289,9 +289,10 @@ void add_dataset_options(CLI::App& command, DatasetInput& input) {
   add_layout_options(command, input);
   add_interval_options(command, input);
   command.add_option(unit_of_input.option, input.input_unit,
-                     "unit of the input, if the file does not state it: V, A");
-  command.add_option(unit_of_output.option, input.output_unit,
-                     "unit of the output, if the file does not state it: um");
+                     "unit of the input, for example A, if the file does not state it; default: V");
+  command.add_option(
+      unit_of_output.option, input.output_unit,
+      "unit of the output, if the file does not state it; default: the unit of the model, or um");
 }
 
 std::vector<Dataset> load_datasets(const std::vector<std::filesystem::path>& files,

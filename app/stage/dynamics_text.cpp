@@ -32,7 +32,7 @@ std::string delay_shares(const IdentifiedPlant& plant) {
     return ", as one sum: drive and position do not show the amplifier's lag and the sensor's lag separately";
   return fmt::format(
       ", including {:.3g} ms of pure delay, attributed to the sensor: "
-      "if the amplifier causes this delay instead, the stage itself moves later by the same time",
+      "if the amplifier causes this delay instead, the stage moves later than predicted, by this time",
       1e3 * plant.pure_s);
 }
 
@@ -106,11 +106,13 @@ std::string describe(const controller::SensitivityRule& rule) {
   return line("rule",
               fmt::format(
                   "the largest ki with any kp >= 0 for which the open loop L has |1 / (1 + L)| <= {:g} "
-                  "at every frequency, at all combinations of the interval ends",
+                  "at every frequency, for all combinations of the interval ends of resonance, "
+                  "damping and delay,",
                   rule.peak_sensitivity)) +
-         line("", fmt::format("and with the resonance interval widened by {:g} % on both sides; "
-                              "designed without a filter, with a low pass, and with a notch",
-                              rule.resonance_percent));
+         line("",
+              fmt::format("with the resonance interval widened by {:g} % on both sides; several loops are "
+                          "designed: without a filter, with a low pass, and with a notch",
+                          rule.resonance_percent));
 }
 
 std::string describe(const CautiousRule& rule) {

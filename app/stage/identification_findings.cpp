@@ -91,7 +91,7 @@ class Findings {
     if (std::abs(trend.drift) * percent_ > 0.05 && std::abs(trend.drift) > 3.0 * trend.drift_error)
       add_finding(
           "{}the output drifts by {:+.2g} % of its span over the dataset "
-          "(the cause may also be creep or a wrong initial memory)",
+          "(possible causes: a drift of the sensor, creep, or a wrong initial memory)",
           of_dataset(i), trend.drift * percent_);
     if (std::abs(trend.rate) > identified_.errors[i].rms && std::abs(trend.rate) * percent_ > 0.1)
       add_finding(
@@ -167,8 +167,9 @@ class Findings {
     for (std::size_t i = 1; i < datasets_.size(); ++i)
       gains += fmt::format("{}{:.5g} for dataset {}", i > 1 ? ", " : "", instead.gains[i], i + 1);
     add_finding(
-        "this creep may be a difference in gain between the sessions (amplifier, sensor): "
-        "without creep, a gain of {} fits as well, error {:.3g} instead of {:.3g} % RMS; "
+        "the creep of the model may be a difference in gain between the sessions (amplifier, sensor): "
+        "a model without creep and with a gain of {} fits as well, with an error of {:.3g} % RMS "
+        "instead of {:.3g} %; "
         "record all rates in one session, or set --creep",
         gains, instead.rms * percent_, instead.rms_with_creep * percent_);
   }
@@ -242,7 +243,8 @@ class Findings {
     if (shows_ascending_curve(identified_.memories)) return;
     if (begins_at_lower_point(identified_.parameters))
       add_finding(
-          "no row shows a first rise with an empty memory, so the ascending reference curve is chosen: "
+          "no row shows a first rise with an empty memory, "
+          "so the ascending reference curve is chosen, not measured: "
           "it is the branch that rises from the lower end of the major loop");
     else
       add_finding(
@@ -267,7 +269,8 @@ class Findings {
     for (const ShapeScore& tried : shapes)
       if (!tried.shape.is_spline()) polynomial = std::min(polynomial, error(tried));
     add_finding(
-        "the curves are splines of {} pieces: the best polynomial has an error of {:.3g} %, judged by {}",
+        "the curves are splines of {} pieces instead of the best polynomial, "
+        "which has an error of {:.3g} %, judged by {}",
         chosen.knots.size() - 1, polynomial * percent_, judge);
   }
 

@@ -52,7 +52,8 @@ std::string left_out_of(const IdentificationReport& report) {
   return part +
          "</table>\n<p class=\"note\">Each record is predicted by the curves of the other records, "
          "with its own zero and the mean gain of the other records. "
-         "The values of k, thresholds, delay, creep and initial memories come from all records. "
+         "The values of k (convergence rate), thresholds, delay, creep and initial memories "
+         "come from all records. "
          "Cycles whose inputs exceed the inputs of the other records do not count.</p>\n";
 }
 
@@ -177,9 +178,10 @@ std::string table_of(const Comparison& comparison) {
 std::string cross_validated(const Identified& identified) {
   if (!identified.held_out_rms) return {};
   return fmt::format(
-      " The cross-validated error of the identified model is {:.3g} % RMS (hystcan identify prints it, too). "
+      " The cross-validated error of the identified model is {:.3g} % RMS of the output's span "
+      "(hystcan identify prints it, too). "
       "One cycle after the other was left out of the fit of the curves and then predicted, "
-      "with the values of k, delay and thresholds from all samples.",
+      "with the values of k (convergence rate), delay and thresholds from all samples.",
       100.0 * *identified.held_out_rms / identified.output_span);
 }
 

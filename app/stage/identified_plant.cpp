@@ -205,9 +205,9 @@ Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controlle
 Found accepted(const Found& found, const IdentifiedPlant& plant, const ChainRecord& chain,
                const controller::Delays& stated) {
   if (plant.late_s.hi < -0.1 * chain.cycle_s())
-    refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()),
-           " ms, expected at most the delay of the record, ", rounded(1e3 * plant.mode->delay_s.value),
-           " ms");
+    refuse("the sensor's stated delay is ", rounded(1e3 * stated.sensor_s()), " ms, expected at most ",
+           rounded(1e3 * plant.mode->delay_s.value),
+           " ms, the delay from drive to position in the record, which includes the delay of the sensor");
   return found;
 }
 

@@ -188,12 +188,14 @@ class FrameQuestions {
     std::vector<std::string> names;
     for (const auto& [raw, name] : declared(map, "state").values)
       names.push_back(fmt::format("{} {}", raw, name));
-    const Question question{
-        fmt::format("--role {}", states_key), "Raw values of off/ready/enabled/fault", "",
-        fmt::format("example: 0/16/32/64,65; in the DBC: {}", names.empty() ? "no names" : list_of(names))};
+    const Question question{fmt::format("--role {}", states_key), "Raw values of off/ready/enabled/fault", "",
+                            fmt::format("example: 0/16/32/64,65 (two values of fault); in the DBC: {}",
+                                        names.empty() ? "no names" : list_of(names))};
     const std::string answer = questions_.text(
         question, stated(std::string(states_key), question.option), {}, [](const std::string& text) {
-          return unless(parsed_states(text).has_value(), "'{}', expected raw values as 0/16/32/64,65", text);
+          return unless(parsed_states(text).has_value(),
+                        "'{}', expected raw values as 0/16/32/64,65: off, ready, enabled, and two of fault",
+                        text);
         });
     if (answer.empty())
       throw Error(fmt::format("{} missing: {}, {}", question.option, question.what, question.why));

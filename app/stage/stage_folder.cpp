@@ -164,7 +164,7 @@ void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std:
     if (!std::filesystem::exists(stage.file())) write_file(stage.file(), stage.text());
     keep();
     error.add_sentence(fmt::format(
-        "{} keeps its models and reports, but is not complete: hystcan demo --config {} shows the run",
+        "{} keeps its models and reports, but is not complete: hystcan demo --config {} shows the failed run",
         folder.string(), shell_word(folder / stage_config)));
     throw;
   }
@@ -194,10 +194,10 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
 void print_positions(const StageFacts& facts, const std::vector<AxisRecords>& records) {
   for (std::size_t i = 0; i < records.size(); ++i) {
     const model::Interval travel_um = records[i].travel_um();
-    print(fmt::format(
-        "{}: the sensor node must send positions with the zero and scale of the record, {:.4g} to {:.4g} um: "
-        "with another zero or scale, the limits and the model are wrong\n",
-        facts.axes[i].config.wire.name, travel_um.lo, travel_um.hi));
+    print(
+        fmt::format("{}: the sensor node must send positions with the zero and scale of the --record file, "
+                    "{:.4g} to {:.4g} um: with another zero or scale, the limits and the model are wrong\n",
+                    facts.axes[i].config.wire.name, travel_um.lo, travel_um.hi));
   }
 }
 

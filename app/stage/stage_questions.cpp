@@ -157,8 +157,8 @@ class AxisQuestions {
     const controller::Gate::Config& gate = axis.config.control.gate;
     const double below = stroke * (gate.safe_drive - gate.drive_min) / (gate.drive_max - gate.drive_min);
     const double at_safe =
-        number({"--sensor-at-safe", "Sensor at the safe drive", "um",
-                "reading of the sensor, which sets the position limits"},
+        number({"--sensor-at-safe", "Reading of the sensor at the safe drive", "um",
+                "init computes the position limits from this reading and the stroke"},
                stated_.sensor_at_safe_um, {}, 0.0, sensor_at_safe_um_, [](double value) {
                  return unless(std::abs(value) <= 1e6, "{:g}, expected at most 1e6 in magnitude", value);
                });

@@ -94,8 +94,9 @@ void load(AxisRecords& records, const DatasetInput& input, bool accept) {
     records.loops[i] = in_um(std::move(records.loops[i]), records.loop_files[i]);
   const auto load_one = [&](const std::filesystem::path& file) {
     if (!input.layout.output_from.empty())
-      throw Error(fmt::format("--output-from is {}", input.layout.output_from.string()),
-                  expect("a single record of loops"));
+      throw Error(fmt::format("--output-from {} is not allowed with a step record or an unseen record",
+                              input.layout.output_from.string()),
+                  {.remedy = "write time, input and output of each record into one file"});
     return in_um(load_datasets({file}, input).front(), file);
   };
   if (records.step_file) records.step = load_one(*records.step_file);

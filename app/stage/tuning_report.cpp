@@ -88,10 +88,11 @@ std::string candidate_table(const TuningReport& report) {
          fmt::format(
              "phase, gain: stability margins. |L| 180: largest |L| of the open loop L at -180 deg or beyond. "
              "bandwidth: without feed-forward.\n"
-             "notch: frequency, depth, width. worst case: the worst combination of the interval ends, "
-             "with the resonance interval widened by {:g} %.\n"
+             "notch: frequency, depth, width. worst case: the worst combination of the interval ends of "
+             "resonance, damping and delay, with the resonance interval widened by {:g} %.\n"
              "RMS: predicted error with the configured reference, at the samples. "
-             "true: the same error, at and between the samples. Both are in % of {:g} um.\n",
+             "Column true: the same error, at and between the samples. "
+             "Both errors are in % of the stroke, {:g} um.\n",
              report.rule.resonance_percent, stroke_um(report));
 }
 
@@ -101,7 +102,7 @@ std::string cautious_line(const TuningReport& report) {
   const Candidate& cautious = report.candidates.back();
   if (report.only_cautious || !cautious.has_run() || &cautious == &report.proposed()) return {};
   return line("cautious",
-              fmt::format("{:.3f} %, margins of {:g} degrees and {:.2g} dB: "
+              fmt::format("predicted error {:.3f} %, margins of {:g} degrees and {:.2g} dB: "
                           "recommended for the first run on a bench; --cautious proposes this loop",
                           cautious.rms_percent(), report.cautious_rule.phase_margin_deg,
                           decibel(report.cautious_rule.gain_margin)));
@@ -128,15 +129,15 @@ std::string prediction_row(const char* name, const Candidate& of) {
 
 std::string assumptions(const TuningReport& report) {
   return fmt::format(
-      "hysteresis, noise and ranges of {} ([axis.twin], not measured here). "
-      "Resonance, damping and delay are those identified here. "
+      "hysteresis, noise and ranges of {} ([axis.twin]), which this command did not measure. "
+      "The prediction uses the resonance, damping and delay that this command identified. "
       "Only axis {} moves, along its configured reference",
       report.actuator, report.axis);
 }
 
 std::string prediction_table(const TuningReport& report) {
-  std::string text =
-      fmt::format("predicted RMS error of each structure, % of {:g} um\n{:<14}", stroke_um(report), "");
+  std::string text = fmt::format("predicted RMS error of each structure, % of the stroke of {:g} um\n{:<14}",
+                                 stroke_um(report), "");
   for (const controller::Structure structure : controller::all_structures)
     text += fmt::format(" {:>11}", to_string(structure));
   return text + '\n' + prediction_row("present", report.present()) +
@@ -262,14 +263,16 @@ std::string fragment(const TuningReport& report) {
   const controller::Delays& delays = after.control.delays;
   Notes notes{{after.control.law.pi.kp, " um per um"},
               {after.control.law.pi.ki_per_s, ""},
-              {delays.command_delay, "; one cycle: the measured delay starts at the end of this cycle"},
+              {delays.command_delay, "; one cycle: the amplifier applies a setpoint at the next SYNC"},
               {delays.resonance_Hz, ""},
               {delays.damping_ratio, ""}};
   if (delays.amplifier_bandwidth_Hz != before.control.delays.amplifier_bandwidth_Hz)
-    notes.emplace_back(delays.amplifier_bandwidth_Hz,
-                       fmt::format("; {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s()));
+    notes.emplace_back(
+        delays.amplifier_bandwidth_Hz,
+        fmt::format("; amplifier and sensor together: {:.4g} ms of lag", 1e3 * report.plant.delays.lag_s()));
   if (delays.sensor_delay != before.control.delays.sensor_delay)
-    notes.emplace_back(delays.sensor_delay, "; a pure delay in addition to the lag");
+    notes.emplace_back(delays.sensor_delay,
+                       "; a pure delay, in addition to the lag of amplifier_bandwidth_Hz");
   const auto comment = [](const std::string& text) { return config::toml_comment(can::dbc::to_utf8(text)); };
   return comment(fmt::format("Proposed for axis {} of {}; nothing has been applied. "
                              "These keys replace the same keys in [axis.control] of this axis.\n",
