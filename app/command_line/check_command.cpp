@@ -104,11 +104,12 @@ std::string start_up_text(const config::AxisConfig& axis) {
   const model::Interval& thresholds = axis.control.law.model.input_range();
   const std::string& unit = axis.wire.drive_unit;
   if (gate.drive_min <= thresholds.lo)
-    return fmt::format("start_up = \"wipe\" moves the drive to both thresholds, {:.6g} and {:.6g} {}",
-                       thresholds.hi, thresholds.lo, unit);
+    return fmt::format(
+        "start_up = \"wipe\" moves the drive to both thresholds of the model, {:.6g} and {:.6g} {}",
+        thresholds.hi, thresholds.lo, unit);
   return fmt::format(
-      "start_up = \"wipe\" moves the drive to the upper threshold only, {:.6g} {}: "
-      "the drive range does not reach the lower threshold, {:.6g} {}",
+      "start_up = \"wipe\" moves the drive only to the upper threshold of the model, {:.6g} {}, which "
+      "erases the memory: the drive range does not reach the lower threshold, {:.6g} {}",
       thresholds.hi, unit, thresholds.lo, unit);
 }
 
@@ -143,7 +144,7 @@ int check(const std::filesystem::path& file) {
       print_limits("axis " + axis.wire.name + ", twin", *twin);
   }
   show_bus(config);
-  print("# {} in {}; node ids, identifiers, units and ranges agree\n",
+  print("# {} in {}: node ids, identifiers, units and ranges agree with the configuration\n",
         counted(config.database.messages.size(), "message"), config.bus.dbc.string());
   for (const config::AxisConfig& axis : config.axes) show_mismatch(axis);
   for (const auto warnings :
@@ -194,7 +195,7 @@ void print_rates(const config::Config& config) {
       "# at {} bit/s and {} bit/s in the data phase, with a turnaround of {} us and AmpStatus every {} cycles\n",
       rates.nominal_bit_per_s, rates.data_bit_per_s, in_us(config.bus.turnaround),
       config.axes.front().twin.status_every);
-  print("# us: the latest start of the last command after its SYNC\n");
+  print("# column us: the latest start of the last command, in us after its SYNC\n");
   print("{:4}", "");
   for (const WiringName& wiring : wirings) print("   {:<23}", wiring.heading);
   print("\naxes");

@@ -157,9 +157,9 @@ std::string results_text(const controller::Controller& controller, const StateLo
                     {"axes", axes}});
     return results.dump(2) + "\n";
   }
-  std::string text =
-      fmt::format("{}, {} missed, {} missing, {} late\n", counted(counters.cycles, "cycle"),
-                  counters.missed_cycles, counted(counters.missing_samples, "sample"), counters.late_samples);
+  std::string text = fmt::format("{}, {} missed, {} missing, {} late\n", counted(counters.cycles, "cycle"),
+                                 counters.missed_cycles, counted(counters.missing_samples, "sample"),
+                                 counted(counters.late_samples, "sample"));
   if (counters.replaced_commands > 0)
     text += counted(counters.replaced_commands, "command") + " replaced by a newer one before transmission\n";
   if (!options.rehearse)  // a rehearsal has no timing to show: in virtual time, computing takes no time
@@ -361,11 +361,12 @@ void add_controller(CLI::App& cli, int& status) {
                                          "clear a latched fault of the amplifier before the start");
   command->add_option("--csv", options->csv, "CSV file with a row for each cycle");
   CLI::Option* record =
-      command->add_option("--record", options->record, "folder in which a run is recorded from the start");
+      command->add_option("--record", options->record,
+                          "folder for the recording of the whole run, from the start of the program");
   command
       ->add_flag("--rehearse", options->rehearse,
-                 "run on the simulated bus, with the twin and its faults, in virtual time; one pass of the "
-                 "reference, or --duration")
+                 "run on the simulated bus, with the twin and its faults, in virtual time; the run ends "
+                 "after one pass of the reference, or after --duration")
       ->excludes(interface)
       ->excludes(clear)
       ->excludes(record);

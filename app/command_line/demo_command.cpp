@@ -123,9 +123,10 @@ void print_heading(const config::Config& config, double stroke_um) {
       preview_ms(config), plant.mode.natural_frequency_Hz, plant.mode.damping_ratio, stroke_um);
   print(
       "at the samples: reference - measured; true: reference - position of the twin, every {:g} us\n"
-      "floor: the smallest true RMS error that is possible with one setpoint per cycle, {} by the amplifier\n"
+      "floor: the smallest true RMS error of any sequence of setpoints; the amplifier {} one setpoint "
+      "per cycle\n"
       "the twin's actuator differs from the controller's model ({} against {})\n\n",
-      1e6 * can::seconds(plant.substep), axis.twin.interpolate ? "interpolated" : "held",
+      1e6 * can::seconds(plant.substep), axis.twin.interpolate ? "interpolates" : "holds",
       axis.twin_model.string(), axis.control_model.string());
   print("{:<12} {:<15}  {:^35}  {:^35}  {:>9}\n{:<12} {:<15}", "", "", "at the samples", "true", "floor",
         "structure", "segment");

@@ -119,9 +119,10 @@ class DatasetRecorder {
   std::uint64_t rows() const { return record_.rows(); }
 
   std::string summary(const std::string& drive_unit) const {
-    return fmt::format("{}, {} left out, input {:g} to {:g} {}, output {:.4f} to {:.4f} um",
-                       counted(record_.rows(), "row"), counted(record_.left_out(), "cycle"), input_.lo,
-                       input_.hi, drive_unit, output_.lo, output_.hi);
+    return fmt::format(
+        "{}, {} left out because data is missing, input {:g} to {:g} {}, output {:.4f} to {:.4f} um",
+        counted(record_.rows(), "row"), counted(record_.left_out(), "cycle"), input_.lo, input_.hi,
+        drive_unit, output_.lo, output_.hi);
   }
 
  private:
@@ -168,7 +169,8 @@ void propose_further(const ExciteArguments& options, const config::Config& confi
     return shell_word(options.output.parent_path() / fmt::format("{}.{}.csv", stem, what));
   };
   note(
-      "a record at another rate separates delay from hysteresis; a third record validates the model:\n"
+      "next, repeat this command with the options below: the slow record separates delay from hysteresis; "
+      "the record with three levels validates the model\n"
       "  --period {:g} --output {}\n  --period {:g} --levels 3 --output {}\n",
       4.0 * period_s, beside("slow"), 2.0 * period_s, beside("unseen"));
 }
@@ -197,8 +199,10 @@ bool recorded(OutputFile& file, const ExciteArguments& options, const config::Co
       config, twin, options.run, [&](const controller::CycleRecord& record) { recorder.add(record); });
   for (const std::string& line : end.closing) note("{}\n", line);
   if (may_shrink && is_of_size(end.axis.fault())) {
-    note("{}. If only the zero of the sensor is wrong, state the zero with hystcan init --sensor-at-safe\n",
-         describe(axis, end.axis.fault()));
+    note(
+        "{}. If the measured positions only have a constant offset, state the sensor reading at the "
+        "safe drive with hystcan init --sensor-at-safe\n",
+        describe(axis, end.axis.fault()));
     return true;
   }
   recorder.close();
@@ -265,9 +269,9 @@ void add_excite(CLI::App& cli, int& status) {
               "highest drive; default: drive_max. Step and chirp are centred between --low and --high");
   CLI::Option* slew = add_checked(*command, "--slew", options->slew_per_s, positive_number(),
                                   "hysteresis: speed of the drive, in drive units per second");
-  add_checked(
-      *command, "--period", options->period_s, positive_number(),
-      "seconds per major loop (default: 100 / resonance, at least 2) or per step up and down (default: 0.4)")
+  add_checked(*command, "--period", options->period_s, positive_number(),
+              "seconds per major loop (default: 100 periods of the resonance, at least 2) or per step up and "
+              "down (default: 0.4)")
       ->excludes(slew);
   add_checked(*command, "--cycles", options->cycles, whole_number(1, Excitation::most_turns),
               "number of major loops (default: 2) or of steps up and down (default: 5)");
@@ -275,7 +279,7 @@ void add_excite(CLI::App& cli, int& status) {
               "hysteresis: number of nested loops, and of reversal curves in each direction; default: 5");
   add_checked(*command, "--amplitude", options->amplitude, positive_number(),
               "step, chirp: amplitude in drive units; default: 5 % of the range from --low to --high, "
-              "less if the twin approaches a limit");
+              "or less if the twin comes near a position or jump limit in a rehearsal");
   add_checked(*command, "--frequency-from", options->from_Hz, positive_number(),
               "chirp: first frequency in Hz; default: a thousandth of the cycle rate");
   add_checked(*command, "--frequency-to", options->to_Hz, positive_number(),

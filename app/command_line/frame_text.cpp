@@ -194,7 +194,7 @@ std::vector<std::string> DecodeFindings::add(const can::LoggedFrame& logged) {
   for (const can::Signal& signal : message->signals)
     if (!can::is_decodable(signal))
       findings.push_back(
-          fmt::format("message {}: signal {}, {}, is left out, "
+          fmt::format("message {}: signal {}, {}, is not decoded, "
                       "expected 1 to 64 bits, or 32 or 64 for an IEEE 754 number",
                       message->name, signal.name, kind_of(signal)));
   return findings;

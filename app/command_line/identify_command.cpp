@@ -102,10 +102,10 @@ std::string finding_of_old(const std::filesystem::path& file, const identificati
   const double slack = 0.01 * known.span();
   const bool covers = moved.lo <= known.lo + slack && moved.hi >= known.hi - slack;
   return fmt::format(
-      "the inputs range from {:.4g} to {:.4g} {}, the thresholds of {} are {:.4g} and {:.4g}: "
-      "{}everything that the datasets do not determine is copied from {}{}",
+      "the inputs range from {:.4g} to {:.4g} {}, the thresholds (ends of the input range) of the model "
+      "{} are {:.4g} and {:.4g}: {}the parameters that the datasets do not determine are copied from {}{}",
       moved.lo, moved.hi, datasets.front().input_unit, file.string(), known.lo, known.hi,
-      covers ? "" : "everything beyond the inputs and ",
+      covers ? "" : "the curves beyond these inputs and ",
       file.string() + (old.creep ? "" : " (a model without creep)"),
       config::load_lag(file).dynamics ? ", except [dynamics]" : "");
 }
@@ -224,8 +224,10 @@ void add_identify(CLI::App& cli, int& status) {
   CLI::App* command =
       cli.add_subcommand("identify", "Identify a model from a measured dataset and write its model file");
   command
-      ->add_option("DATA", options->data,
-                   "CSV with time_s,input,output, or folder of a recorded run; several give one model")
+      ->add_option(
+          "DATA", options->data,
+          "CSV with time_s,input,output, or folder of a recorded run; several files or folders together "
+          "give one model")
       ->required();
   command->add_option("--output", options->output, "model file to write (TOML)")->required();
   CLI::Option* start = command->add_option(
@@ -233,10 +235,11 @@ void add_identify(CLI::App& cli, int& status) {
       "old recursive-memory model (TOML); parts that the datasets do not determine are copied from it");
   command->add_flag("--overwrite", options->overwrite, "replace existing files");
   add_model_options(*command, options->model);
-  CLI::Option* delay = add_checked(*command, "--delay", options->identify_options.delay_s,
-                                   not_negative_number(), "known delay of the output, in seconds");
+  CLI::Option* delay =
+      add_checked(*command, "--delay", options->identify_options.delay_s, not_negative_number(),
+                  "known delay of the output behind the input, in seconds");
   add_checked(*command, "--delay-max", options->identify_options.longest_delay_s, not_negative_number(),
-              "maximum delay in the search, in seconds")
+              "maximum delay of the output behind the input that the search tries, in seconds")
       ->excludes(delay);
   command->add_flag("--common-zero", options->identify_options.common_zero,
                     "assume the same output zero for all datasets; default: each dataset has its own zero");
@@ -251,9 +254,12 @@ void add_identify(CLI::App& cli, int& status) {
       ->excludes(start);
   add_checked(
       *command, "--symmetry", options->symmetry, one_of(words(identification::ShapeOfOutput{})),
-      "even: inputs v and -v give the same output; butterfly: each branch is lowest beside 0 (coercivity)");
-  add_checked(*command, "--thresholds", options->thresholds, one_of({"auto", "observed"}),
-              "`observed`: the lowest and the highest measured input; `auto`: possibly beyond these inputs");
+      "even: inputs v and -v give the same output; butterfly: the lowest output is at v > 0 if v rises, "
+      "and at v < 0 if v falls");
+  add_checked(
+      *command, "--thresholds", options->thresholds, one_of({"auto", "observed"}),
+      "ends of the input range of the model: `observed`, the lowest and the highest measured input, or "
+      "`auto` (default), beyond these inputs if this lowers the error");
   command->add_option(
       "--initial-memory", options->initial_memory,
       "file for the memory at the start of the first dataset, which simulate --memory can read");
@@ -265,8 +271,9 @@ void add_identify(CLI::App& cli, int& status) {
   command->add_option(
       "--axis", options->input.axis,
       "axis of the recorded runs and of --for; default: the only axis of a run, the first axis of --for");
-  CLI::Option* written = command->add_option("--write", options->written,
-                                             "new configuration (TOML): a copy of --for with the model");
+  CLI::Option* written = command->add_option(
+      "--write", options->written,
+      "new configuration (TOML): a copy of the file of --for, in which the axis uses the new model");
   written->needs(with_config);
   with_config->needs(written);
   command->add_flag("--json", options->json, "print the result as JSON");

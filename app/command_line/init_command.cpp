@@ -103,11 +103,14 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   number("--sensor-at-safe", facts.sensor_at_safe_um,
          "sensor reading at the safe drive, um; default: from the record, or 0 without a record");
   number("--resonance", facts.resonance_Hz, "first resonance, Hz; default: from the step record");
-  number("--damping", facts.damping_ratio, "damping ratio of the resonance (0.02)");
-  number("--sensor-delay", facts.sensor_delay_us, "delay from the position to its sample, us (0: unknown)");
+  number("--damping", facts.damping_ratio,
+         "damping ratio of the resonance; default: from the step record, or 0.02 without one");
+  number("--sensor-delay", facts.sensor_delay_us,
+         "delay of the sensor, from a position to the sample that shows it, us (0: unknown)");
   number("--volts-per-drive", facts.volts_per_drive,
          "card volts per drive unit (0.1: an amplifier of 10 V/V)");
-  number("--um-per-V", facts.um_per_V, "scale of an analogue sensor, um per V (--output-scale)");
+  number("--um-per-V", facts.um_per_V,
+         "scale of an analogue sensor, um per V; default: the value of --output-scale");
   add_checked(command, "--interface", facts.interface, interface_name(), "CAN interface (vcan0)");
   command.add_option("--dbc", facts.dbc, "DBC with your own frames; default: the standard frames");
   const auto role = [&](const char* name, const char* key, const char* what) {
@@ -118,9 +121,9 @@ void add_facts(CLI::App& command, InitOptions& facts) {
   role("--position", "sample.position", "signal with the measured position");
   role("--enable", "command.enable", "signal that enables the amplifier, or none");
   command
-      .add_option(
-          "--role", facts.further_roles,
-          "role and signal of your frames, such as status.state=MSG.SIG; repeat the option for each signal")
+      .add_option("--role", facts.further_roles,
+                  "role (use of a signal) and signal of your DBC, such as status.state=MSG.SIG; repeat the "
+                  "option for each role")
       ->allow_extra_args(false);
   add_checked(command, "--nodes", facts.nodes, whole_number(1, 127),
               "two node ids for each axis, amplifier and sensor: 1,2")
@@ -157,7 +160,8 @@ void add_init(CLI::App& cli, int& status) {
   command->add_flag("--yes", options->yes, "use the defaults instead of questions");
   command->add_flag(
       "--accept", options->accept,
-      "accept a sensor at the end of its range in the records, and leave out drop-outs and glitches");
+      "use doubtful records: drop-outs and glitches are removed, and rows with the sensor at the end of "
+      "its range are kept");
   CLI::Option* carry_on =
       command->add_flag("--continue", options->carry_on,
                         "continue with the records of `hystcan excite` in DIR and the earlier answers");

@@ -201,7 +201,7 @@ void add_monitor(CLI::App& cli, int& status) {
   CLI::App* command = cli.add_subcommand("monitor", "Show the traffic on the bus, one row per message");
   add_bus_options(*command, options->bus);
   add_checked(*command, "--period", options->period_s, positive_seconds(),
-              "seconds between tables, over which each table averages the rates (1)");
+              "seconds between tables, over which each table averages the rates; default: 1");
   command->add_flag("--once", options->once, "print one table after one period, then end");
   command->add_flag("--json", options->json, "print one JSON object per table, each in one line");
   command->callback([options, &status] { status = print_for_reader([&] { return run_monitor(*options); }); });

@@ -58,8 +58,8 @@ int run_page(const PageArguments& arguments) {
   PageHost host(page_options(arguments, config), listening, token);
   print(fmt::format("page: {}\n", host.url()));
   flush_output();
-  spdlog::info("the write token is in {}; show it with hystcan page {} --token", file.string(),
-               shell_word(arguments.config));
+  spdlog::info("the token that allows changes in the page is in {}; show it with hystcan page {} --token",
+               file.string(), shell_word(arguments.config));
   yield_to_the_control_thread();
   host.run();
   return done;
@@ -82,10 +82,12 @@ void add_page(CLI::App& cli, int& status) {
                       "additional host name of this machine that a browser may use in its address");
   command->add_option(
       "--socket", options->socket,
-      "control socket of the controller; default: as configured, or the socket of the interface");
+      "control socket of the controller; default: control_socket in CONFIG, or if it is empty, the "
+      "usual one for the CAN interface");
   command->add_option("--twin-socket", options->twin_socket,
-                      "control socket of the twin; default: the socket of the interface");
-  command->add_flag("--token", options->token, "print the token that a page needs to write, then end");
+                      "control socket of the twin; default: the usual one for the CAN interface");
+  command->add_flag("--token", options->token,
+                    "print the token that you enter in the page to allow changes, then end");
   command->callback([options, &status] { status = run_page(*options); });
 }
 

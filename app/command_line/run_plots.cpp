@@ -34,10 +34,10 @@ constexpr const char* row_header = "time_s,reference_um,position_um,error_um,dri
 nlohmann::json legend(std::string text) { return {{"legend", std::move(text)}}; }
 
 RunPicture loops(const RunFigures& run) {
-  return {
-      csv(row_header, run.rows.rows()),
-      {{"drive_unit", run.drive_unit},
-       {"legend", fmt::format("measured, against the drive {:.2g} ms earlier", 1e3 * run.drive_delay_s)}}};
+  return {csv(row_header, run.rows.rows()),
+          {{"drive_unit", run.drive_unit},
+           {"legend", fmt::format("measured position against the drive that caused it, {:.2g} ms earlier",
+                                  1e3 * run.drive_delay_s)}}};
 }
 
 RunPicture tracking(const RunFigures& run) { return {csv(row_header, run.rows.rows()), {}}; }

@@ -52,7 +52,7 @@ void require_later_rows(const SimulateArguments& options, std::optional<double> 
     if (!is_later)
       throw Error(options.input, fmt::format("row {} is at {} s", rows + 1, time_s),
                   expect("more than {} s, the time of the row before: "
-                         "with [creep] a row lasts until the next row",
+                         "[creep] of the model needs a positive time between rows",
                          *before_s));
     before_s = time_s;
     ++rows;

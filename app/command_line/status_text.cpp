@@ -26,7 +26,7 @@ std::string cycles_text(const StatusAnswer& status) {
   const controller::CycleCounters& counters = status.counters;
   return fmt::format("at {:.1f} s, {:.2f} s ago: {}, {} missed, {} missing, {} late", status.time_s,
                      status.age_s, counted(counters.cycles, "cycle"), counters.missed_cycles,
-                     counted(counters.missing_samples, "sample"), counters.late_samples);
+                     counted(counters.missing_samples, "sample"), counted(counters.late_samples, "sample"));
 }
 
 std::string remark_on(const AxisAnswer& axis) {

@@ -171,8 +171,9 @@ void add_tune(CLI::App& cli, int& status) {
       ->add_option("--output", options->output,
                    "output file (TOML) with the proposed keys of a configuration")
       ->capture_default_str();
-  command->add_option("--write", options->written,
-                      "new configuration (TOML) in the folder of CONFIG: a copy with the proposal");
+  command->add_option(
+      "--write", options->written,
+      "new configuration (TOML) in the folder of CONFIG: a copy of CONFIG with the proposed values");
   command->add_option(
       "--response", options->table,
       "output file (CSV) with frequency responses: measurement, model, present loop, proposed loop");
@@ -187,7 +188,7 @@ void add_tune(CLI::App& cli, int& status) {
   add_checked(*command, "--centre", options->centre, finite_number(),
               "drive at the centre of the steps; default: the middle of drive_min and drive_max");
   add_checked(*command, "--amplitude", options->amplitude, positive_number(),
-              "amplitude in drive units; default: 1 % of drive_max - drive_min");
+              "amplitude of the steps in drive units; default: 1 % of drive_max - drive_min");
   add_checked(*command, "--period", options->period_s, positive_number(), "seconds per step up and down")
       ->capture_default_str();
   add_checked(*command, "--cycles", options->cycles, whole_number(1, Excitation::most_turns),
@@ -195,7 +196,8 @@ void add_tune(CLI::App& cli, int& status) {
       ->capture_default_str();
   CLI::Option* cautious = command->add_flag(
       "--cautious", options->cautious,
-      "use only the cautious rule: its loop tolerates a longer delay than the identified one");
+      "propose only gains with wide stability margins, with which the true delay may be longer than the "
+      "identified one");
   add_checked(*command, "--peak-sensitivity", options->sensitivity.peak_sensitivity,
               number_between(1.05, 10.0),
               "maximum sensitivity |1 / (1 + L)| (L: transfer function of the open loop)")
@@ -210,7 +212,7 @@ void add_tune(CLI::App& cli, int& status) {
       ->needs(cautious)
       ->capture_default_str();
   add_checked(*command, "--gain-margin", options->gain_margin_dB, number_between(0.1, 60.0),
-              "gain margin, dB (default: a factor of 2)")
+              "gain margin in dB; default: 6.02 dB, a factor of 2")
       ->needs(cautious);
   command->add_flag("--json", options->json, "print the result as JSON");
   add_open_loop_options(*command, options->run);

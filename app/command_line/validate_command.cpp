@@ -103,13 +103,17 @@ void report_prediction(const ValidateArguments& options, const Dataset& dataset,
           rest ? " (excluded from the error)" : "", outcome.start.offset, dataset.output_unit,
           outcome.lag.delay());
   if (outcome.lag.dynamics)
-    print("the prediction includes the mode of the model file: {:.5g} Hz, damping ratio {:.3g}\n",
-          outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
+    print(
+        "the prediction includes the mechanical mode ([dynamics]) of the model file: {:.5g} Hz, damping "
+        "ratio {:.3g}\n",
+        outcome.lag.dynamics->mode.natural_frequency_Hz, outcome.lag.dynamics->mode.damping_ratio);
   if (outcome.lag.creep)
     print("the prediction includes {} of the model file\n", creep_text(*outcome.lag.creep));
   if (rest)
-    print("error including the samples of the estimate: {:.3g} % RMS, {:.3g} % at most\n",
-          outcome.all.rms * percent, outcome.all.max * percent);
+    print(
+        "error over all samples, also those from which the initial memory was estimated: {:.3g} % RMS, "
+        "{:.3g} % at most\n",
+        outcome.all.rms * percent, outcome.all.max * percent);
   if (outcome.by_rate.size() > 1)
     for (const auto& of : outcome.by_rate)
       print("at about {:.3g} {}/s: error {:.3g} % RMS in {}\n", of.speed, dataset.input_unit,
@@ -149,10 +153,11 @@ void add_validate(CLI::App& cli, int& status) {
       command->add_option("--memory", options->memory, "memory of the actuator at the first row (TOML)");
   add_checked(
       *command, "--estimate-from", options->estimate_s, positive_number(),
-      "seconds at the start of DATA from which memory and output offset are estimated; default: all rows")
+      "length in seconds of the first part of DATA, from which memory and output offset are estimated; "
+      "default: all rows")
       ->excludes(memory);
   add_checked(*command, "--delay", options->delay_s, not_negative_number(),
-              "delay of the output in seconds; default: from the model file");
+              "delay of the output behind the input, in seconds; default: from the model file");
   command->add_flag("--quasi-static", options->quasi_static,
                     "ignore [creep] and [dynamics] of the model file");
   command->add_flag("--no-offset", options->no_offset, "do not estimate an output offset")->excludes(memory);

@@ -115,7 +115,7 @@ SIG_VALTYPE_ 256 Float16 : 1;
   const std::string dbc = path("truck.dbc") + ": ";
   const std::string expected =
       dbc +
-      "message Half: signal Float16, declared as an IEEE 754 number of 16 bits, is left out, expected 1 "
+      "message Half: signal Float16, declared as an IEEE 754 number of 16 bits, is not decoded, expected 1 "
       "to 64 bits, or 32 or 64 for an IEEE 754 number\n" +
       dbc +
       "message VehicleId of 17 bytes uses the transport protocol of J1939 (PGN 65260), which hystcan "
@@ -124,7 +124,7 @@ SIG_VALTYPE_ 256 Float16 : 1;
       "message VehicleId has 17 bytes, a frame at most 8: hystcan does not join the frames of a "
       "message\n" +
       dbc +
-      "message VehicleId: signal Vin, of 136 bits, is left out, expected 1 to 64 bits, or 32 or 64 for "
+      "message VehicleId: signal Vin, of 136 bits, is not decoded, expected 1 to 64 bits, or 32 or 64 for "
       "an IEEE 754 number\n";
   EXPECT_NE(program.err().find(expected), std::string::npos) << program.err();
 }

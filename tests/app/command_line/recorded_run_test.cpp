@@ -125,8 +125,9 @@ TEST_F(RecordedRuns, ImproveAnOldModelEvenIfTheirRangeIsSmall) {
   EXPECT_LT(found["rms_percent"].get<double>(), 0.1);
   ASSERT_EQ(found["records"].size(), 1U);
   EXPECT_TRUE(found["findings"].back().get<std::string>().ends_with(
-      "everything beyond the inputs and everything that the datasets do not determine is copied from " + old +
-      " (a model without creep)"))
+      "the curves beyond these inputs and the parameters that the datasets do not determine are copied "
+      "from " +
+      old + " (a model without creep)"))
       << found["findings"];
 }
 
