@@ -77,9 +77,11 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
           false);
     const ControlCommand* row = find_command(command, owner_.handler_.server);
     if ((row == nullptr || row->access == Access::writes) && !become_writer())
-      return answer(refusal(fmt::format("process {} has the right to write until it disconnects",
-                                        owner_.writer_.lock()->pid_)),
-                    false);
+      return answer(
+          refusal(fmt::format(
+              "only one client can send this command: process {} has the right to write until it disconnects",
+              owner_.writer_.lock()->pid_)),
+          false);
     execute(command);
   }
 
@@ -88,7 +90,8 @@ class ControlSocket::Session : public std::enable_shared_from_this<Session> {
     if (row == nullptr || row->verb != Verb::stop)
       return answer(
           refusal(fmt::format(
-              "{} connections already wait for an answer, expected stop (no other command is accepted now)",
+              "all {} connections are in use, expected stop; for another command, close one of them and "
+              "connect again",
               most_sessions)),
           true);
     close_after(time_for_its_answer);

@@ -193,7 +193,8 @@ void ControllerCommandHandler::act(Request::Kind kind, const json& command, cons
 
 void ControllerCommandHandler::set(const json& command, const Answer& answer) {
   const auto value = command.find("value");
-  if (value == command.end()) throw Error("\"value\" is missing", expect("a value as in TOML"));
+  if (value == command.end())
+    throw Error("\"value\" is missing", expect("the new value of the key, such as 0.08 or \"inverse\""));
   apply(live_.with(text_of(command, "axis"), text_of(command, "key"), toml_of(*value)), answer);
 }
 

@@ -174,8 +174,8 @@ Finding examine_formats(const config::Config& config, std::span<const can::Frame
       if (is == expected) continue;
       const bool is_used = found->kind == can::FrameKind::fd && message->fd;
       return {"frame format", Verdict::bad, fmt::format("{} arrives as {}", message->name, is),
-              fmt::format("set {} to send {}, as defined in {} "
-                          "(VFrameFormat, CANFD_BRS) with bus.data_bitrate_bit_per_s = {}; {}",
+              fmt::format("set {} to send {}: the attributes VFrameFormat and CANFD_BRS in {} "
+                          "and bus.data_bitrate_bit_per_s = {} require this format; {}",
                           message->sender.empty() ? "the node" : message->sender, expected,
                           config.bus.dbc.string(), config.bus.data_bitrate_bit_per_s,
                           is_used ? "many nodes do not answer frames without bit-rate switch"

@@ -65,7 +65,10 @@ LiveConfig::Prepared LiveConfig::with(std::string_view axis, std::string_view ke
 }
 
 LiveConfig::Prepared LiveConfig::without_the_last() const {
-  if (history_.size() == 1) throw Error("there is no set command to undo since the file was read");
+  if (history_.size() == 1)
+    throw Error(
+        "there is no set command to undo; a reload of the configuration file clears the list of set "
+        "commands");
   return prepare({history_.begin(), history_.end() - 1});
 }
 

@@ -42,7 +42,9 @@ void leave_terminal() {
 
 void end_after(std::chrono::milliseconds limit) {
   std::this_thread::sleep_for(limit);
-  std::string_view text = "hystcan: ended before all files or streams were written completely\n";
+  std::string_view text =
+      "hystcan: ended with incomplete files or output, because a disk or a reader of the output did not "
+      "respond\n";
   write_within(STDERR_FILENO, text, std::chrono::milliseconds(0));
   _exit(failed);
 }

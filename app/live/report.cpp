@@ -194,7 +194,7 @@ std::string describe(const controller::Learning::Report& learning) {
            "; warning: the error of a segment grew in each attempt to learn, "
            "so the correction of this segment was removed permanently";
   if (learning.state == controller::LearningState::resting)
-    return errors + "; warning: the error grew, so the correction was reset";
+    return errors + "; warning: the error grew, so the learnt correction was set to 0, and learning pauses";
   return errors + fmt::format("; correction up to {:.4f} um", learning.correction_max_um);
 }
 

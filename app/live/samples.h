@@ -59,9 +59,10 @@ template <class V>
 void visit(V& v, StreamAxis& a) {
   v.member("name", a.name, {"", "name in the configuration"});
   v.member("drive_unit", a.drive_unit, {"", "unit of its drive"});
-  v.optional(
-      "tolerance_um", a.tolerance_um, a.tolerance_um.has_value(),
-      {"um", "only from a controller: tolerance of `[axis.control.in_position]`; 0 without this table"});
+  v.optional("tolerance_um", a.tolerance_um, a.tolerance_um.has_value(),
+             {"um",
+              "only in the stream of a controller: `tolerance_um` of `[axis.control.in_position]`; 0 without "
+              "this table"});
 }
 
 /// The first line of a stream, which describes its rows.
@@ -81,11 +82,18 @@ void visit(V& v, StreamGreeting& g) {
   v.member("columns", g.columns, {"", "columns of each row, in order"});
   v.member("axes", g.axes, {"", "list of the axes; the column `axis` is the index in this list, from 0"});
   v.optional("states", g.states, !g.states.empty(),
-             {"", "only from a controller: words for the indices in the column `state`"});
+             {"",
+              "only in the stream of a controller: list of words; the column `state` is the index in this "
+              "list, from 0"});
   v.optional("faults", g.faults, !g.faults.empty(),
-             {"", "only from a controller: words for the indices in the column `fault`"});
-  v.optional("limits", g.limits, !g.limits.empty(),
-             {"", "only from a controller: words for the bits in the column `limits`"});
+             {"",
+              "only in the stream of a controller: list of words; the column `fault` is the index in this "
+              "list, from 0"});
+  v.optional(
+      "limits", g.limits, !g.limits.empty(),
+      {"",
+       "only in the stream of a controller: list of words; bit n of the column `limits` means word n of "
+       "this list, from 0"});
 }
 
 /// Returns the first line of the stream: of a controller, or of a twin if `twin` is given.

@@ -45,11 +45,15 @@ SavedStates::SavedStates(const config::Config& config) {
     if (!folder.empty()) axes_[i].file = folder / (axis.wire.name + ".state.toml");
     const bool restores = axis.control.start_up == MemorySource::restore;
     if (restores && folder.empty())
-      throw Error(config.file, fmt::format("axis {} must restore its memory", axis.wire.name),
-                  expect("state_dir in [controller]"));
+      throw Error(
+          config.file,
+          fmt::format("axis {} has start_up = \"restore\", which reads a saved memory", axis.wire.name),
+          expect("state_dir in [controller]"));
     if (restores && !std::filesystem::exists(axes_[i].file))
-      throw Error(axes_[i].file, "the file is missing, so the last stop was not clean",
-                  {.remedy = "start once with start_up = \"wipe\""});
+      throw Error(
+          axes_[i].file, "the file is missing, so the last stop was not clean",
+          {.remedy =
+               "set start_up = \"wipe\" in [axis.control] for the next start, which then needs no file"});
     if (axes_[i].file.empty() || !std::filesystem::exists(axes_[i].file)) continue;
     try {
       axes_[i].state = config::load_state(axes_[i].file, model::Hysteresis(axis.control.law.model));

@@ -227,8 +227,10 @@ std::string StateLog::block_text(const Axis& axis, ArmingBlock block) const {
                          axis.amplifier_node, axis.amplifier_output, axis.drive_min, axis.drive_max,
                          axis.drive_unit);
     case ArmingBlock::output:
-      return fmt::format("{} (node {}): the output is {:.6g} {}", what, axis.amplifier_node,
-                         axis.amplifier_output, axis.drive_unit);
+      return fmt::format(
+          "{} (node {}): the output is {:.6g} {} and differs from the commanded drive; "
+          "check the amplifier's interlock and supply",
+          what, axis.amplifier_node, axis.amplifier_output, axis.drive_unit);
     case ArmingBlock::other_axes:
       break;
     case ArmingBlock::nothing:

@@ -210,7 +210,7 @@ TEST(FrameFormats, NameAMessageInAnotherFrameFormat) {
   const Finding finding = app::examine_formats(config, std::vector{frame});
   EXPECT_EQ(finding.verdict, Verdict::bad);
   EXPECT_EQ(finding.figure, "XSensorSample arrives as CAN FD without bit-rate switch");
-  EXPECT_TRUE(finding.cure.find("to send CAN FD with bit-rate switch, as defined in") != std::string::npos)
+  EXPECT_TRUE(finding.cure.find("to send CAN FD with bit-rate switch: the attributes") != std::string::npos)
       << finding.cure;
   frame.fd_flags = can::fd_bit_rate_switch;
   EXPECT_EQ(app::examine_formats(config, std::vector{frame}).verdict, Verdict::good);

@@ -367,8 +367,10 @@ void hang_after(milliseconds limit) {
 
 TEST(ExitLimit, EndsAProcessThatHangsWithOneLineAndStatusOne) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
-  EXPECT_EXIT(hang_after(milliseconds(20)), testing::ExitedWithCode(1),
-              "hystcan: ended before all files or streams were written completely");
+  EXPECT_EXIT(
+      hang_after(milliseconds(20)), testing::ExitedWithCode(1),
+      "hystcan: ended with incomplete files or output, because a disk or a reader of the output did not "
+      "respond");
 }
 
 TEST(ExitLimit, DoesNotDelayAProcessThatEndsByItself) {

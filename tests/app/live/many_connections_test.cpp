@@ -112,7 +112,8 @@ struct WaitingConnections : testing::Test {
 TEST_F(WaitingConnections, AllowOneMoreThatMayOnlyStop) {
   EXPECT_TRUE(
       says(ask_at_once(status),
-           "16 connections already wait for an answer, expected stop (no other command is accepted now)"));
+           "all 16 connections are in use, expected stop; for another command, close one of them and connect "
+           "again"));
   EXPECT_TRUE(is_ok(ask_at_once(stop)));
 }
 
