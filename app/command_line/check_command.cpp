@@ -104,9 +104,8 @@ std::string start_up_text(const config::AxisConfig& axis) {
   const model::Interval& thresholds = axis.control.law.model.input_range();
   const std::string& unit = axis.wire.drive_unit;
   if (gate.drive_min <= thresholds.lo)
-    return fmt::format(
-        "start_up = \"wipe\" moves the drive to both thresholds of the model, {:.6g} and {:.6g} {}",
-        thresholds.hi, thresholds.lo, unit);
+    return fmt::format("start_up = \"wipe\" moves the drive to both thresholds, {:.6g} and {:.6g} {}",
+                       thresholds.hi, thresholds.lo, unit);
   return fmt::format(
       "start_up = \"wipe\" moves the drive only to the upper threshold of the model, {:.6g} {}, which "
       "erases the memory: the drive range does not reach the lower threshold, {:.6g} {}",
