@@ -89,14 +89,15 @@ std::vector<std::string> AxisRecords::names() const {
 }
 
 void load(AxisRecords& records, const DatasetInput& input, bool accept) {
+  if (!input.layout.output_from.empty() &&
+      records.loop_files.size() + records.step_file.has_value() + records.unseen_file.has_value() > 1)
+    throw Error(fmt::format("--output-from {} is not allowed with more than one record",
+                            input.layout.output_from.string()),
+                {.remedy = "write time, input and output of each record into one file"});
   records.loops = load_datasets(records.loop_files, input);
   for (std::size_t i = 0; i < records.loops.size(); ++i)
     records.loops[i] = in_um(std::move(records.loops[i]), records.loop_files[i]);
   const auto load_one = [&](const std::filesystem::path& file) {
-    if (!input.layout.output_from.empty())
-      throw Error(fmt::format("--output-from {} is not allowed with a step record or an unseen record",
-                              input.layout.output_from.string()),
-                  {.remedy = "write time, input and output of each record into one file"});
     return in_um(load_datasets({file}, input).front(), file);
   };
   if (records.step_file) records.step = load_one(*records.step_file);

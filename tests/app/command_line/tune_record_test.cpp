@@ -83,6 +83,22 @@ TEST_F(TuneRecord, FindsTheModeAndWritesAFragment) {
     EXPECT_NE(fragment.find(expected), std::string::npos) << expected << "\n" << fragment;
 }
 
+TEST_F(TuneRecord, MayHaveTheOutputInAnotherFile) {
+  std::istringstream rows(read("steps.csv"));
+  std::ofstream drive(shipped / "drive.csv"), position(shipped / "position.csv");
+  std::smatch row;
+  for (std::string line; std::getline(rows, line);)
+    if (std::regex_match(line, row, std::regex("([0-9.e-]+),([^,]+),([^,]+)"))) {
+      drive << row[1] << ',' << row[2] << '\n';
+      position << row[1] << ',' << row[3] << '\n';
+    }
+  drive.close();
+  position.close();
+  const json together = found_in("steps.csv");
+  const json apart = found_in("drive.csv", {"--output-from", path("position.csv")});
+  EXPECT_EQ(apart["natural_frequency_Hz"], together["natural_frequency_Hz"]);
+}
+
 TEST_F(TuneRecord, ProposesTheSameAsAnExperimentWithTheseSteps) {
   Process excite({HYSTCAN_PROGRAM, "excite", path("piezo.toml"), "--rehearse", "--signal", "step",
                   "--amplitude", "1", "--output", path("excited.csv")});
