@@ -20,8 +20,8 @@ struct Kind {
   std::string_view begin;
   std::string_view found;
 };
-/// File formats that can't be read, with the first bytes that identify each format. The user gets the
-/// format's name.
+/// File formats that can't be read, with the first bytes that identify each format. The error message
+/// contains the name of the format.
 constexpr std::array<Kind, 9> other_kinds{{{"PK\x03\x04", "an Excel file or another archive"},
                                            {"\xD0\xCF\x11\xE0", "an old Excel file"},
                                            {"\x89HDF", "an HDF5 or MATLAB file"},

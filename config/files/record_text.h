@@ -32,8 +32,8 @@ class RecordText {
   /// Returns the number of zero bytes at the end of the file, which are not part of text(). A power failure
   /// can leave such zero bytes.
   std::size_t zeros() const { return zeros_; }
-  /// Sets `line` to the line after `line`. The line after TextLine{} is the first one. Returns false at the
-  /// end of the text.
+  /// Moves `line` to the next line of the text. A default TextLine{} moves to the first line. Returns false
+  /// at the end of the text.
   bool next(TextLine& line) const;
   /// Sets `line` to the next line that is neither blank nor a comment. Returns false at the end of the text.
   bool next_content(TextLine& line) const;

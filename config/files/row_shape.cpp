@@ -15,7 +15,8 @@
 namespace hystcan::config {
 namespace {
 
-/// Maximum size of a text that is examined as a whole, bytes. A larger text is sampled in three places.
+/// Maximum size of a text in which all lines are examined, bytes. In a larger text, `sampled_lines` lines are
+/// examined at each of three places: at the start, in the middle, and at three quarters of the text.
 constexpr std::size_t whole_bytes = 1 << 20;
 constexpr std::size_t sampled_lines = 2000;
 
@@ -44,8 +45,8 @@ class ShapeCounts {
     count.texts += texts;
   }
 
-  /// Returns the most frequent shape that has at least `fewest_numbers` number fields, and the number of
-  /// texts in its lines.
+  /// Returns the most frequent shape that has at least `fewest_numbers` number fields. Also returns how many
+  /// fields with a text, instead of a number, the lines of this shape have in total.
   std::pair<RowShape, std::size_t> best(std::ptrdiff_t fewest_numbers) const {
     const std::string* key = nullptr;
     Count most;
@@ -93,8 +94,8 @@ RowShape shape_among(const RecordText& text, const std::vector<std::size_t>& beg
   return {};
 }
 
-/// Maximum number of rows in a block that belongs to the head of the record: the block is above the line of
-/// column names and has the shape of the record, for example instrument settings.
+/// Instruments can write a block of settings above the line of column names. Its rows can have the shape of
+/// the record although they are not rows of the record. This is the maximum number of rows in such a block.
 constexpr std::size_t longest_block_of_head = 9;
 
 /// Returns true if a field that is not a number field of the shape has a text.
@@ -104,8 +105,8 @@ bool has_label(const std::vector<std::string_view>& fields, const RowShape& shap
   return false;
 }
 
-/// Returns the name in a line of an instrument setting, "BlockSize" in `"BlockSize",600,600`. Returns an
-/// empty text if the line is not a setting: a text followed by a number field.
+/// Returns the name in a line of an instrument setting, "BlockSize" in `"BlockSize",600,600`. A setting is a
+/// text that is followed by a number field. Returns an empty text if the line is not a setting.
 std::string_view setting_of(const std::vector<std::string_view>& fields, const RowShape& shape) {
   std::size_t label = 0;
   while (label < shape.width() && fields[label].empty()) ++label;
@@ -160,7 +161,8 @@ class FirstRow {
   }
 
   void add_names() {
-    // True if the rows above these names belong to the head: each has a label, or no names are above them.
+    // This line has column names. If the rows above it are instrument settings, they are not rows of the
+    // record. They may be settings if each row has a label, or if no other line of names is above them.
     const bool is_of_head = labelled_ == rows_ || !has_names_;
     if (rows_ > 0 && is_of_head && rows_ * 10 < shape_.rows) reset_counts();
     has_names_ = true;
@@ -171,7 +173,8 @@ class FirstRow {
   const RowShape& shape_;
   std::vector<std::string_view> fields_;
   TextLine before_row_;
-  /// Line before the damaged rows that end at the present line; nullopt if there are no such rows.
+  /// If the present line is a damaged row (is_damaged_row()): the line before this row and before all damaged
+  /// rows directly above it. Otherwise nullopt.
   std::optional<TextLine> damaged_;
   std::size_t rows_ = 0, labelled_ = 0, settings_ = 0;
   std::string_view last_setting_;

@@ -1,6 +1,6 @@
 // Determines the shape of the rows in a measured record: the separator, the number of fields, and which
 // fields contain numbers. The most frequent shape in the text is the shape of the record. Lines with other
-// shapes may be above.
+// shapes may be above the rows of the record, for example instrument settings and column names.
 #pragma once
 
 #include <cstddef>
