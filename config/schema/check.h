@@ -61,15 +61,16 @@ void check_identifiers(const Checked& checked);
 /// Checks the keys of the simulated amplifier and the simulated sensor of an axis, in [axis.twin].
 void check_instruments(const Checked& checked, std::size_t axis);
 /// Checks [axis.analogue] of all axes. Device names must be valid. Axes may share only interlock inputs and
-/// charge pumps. The times must agree with the times of the controller. If the file states the range of an
-/// output, the range must include all drives. If the file states the range of a position input, the range
-/// must include all setpoints and at least a part of the allowed positions.
+/// charge pumps. command_timeout_ms must be at least two cycles, and enable_delay_ms at most the time that
+/// the controller waits. If the file states the range of an output, the range must include all drives. If the
+/// file states the range of a position input, the range must include all setpoints and at least a part of the
+/// allowed positions.
 void check_analogue(const Checked& checked);
 /// Returns a warning for each axis with a sensor range in the file that does not cover the whole stroke.
 std::vector<std::string> stroke_warnings(const Config& config);
 /// Checks command_delay_us of each axis whose setpoints take effect when the command is received. The delay
-/// must be above 0, and at most the latest end of the command on the bus. check_bus() must have succeeded
-/// before.
+/// must be above 0, and at most the worst-case time from a SYNC to the end of the command on the bus.
+/// check_bus() must have succeeded before.
 void check_receipt_delays(const Checked& checked);
 /// Checks that the linear model of the control loop (controller/analysis/linear_loop.h) is stable with the
 /// axis's gains and with the plant in [axis.control.delays].
@@ -115,8 +116,9 @@ std::vector<Finding> findings_of_loop(const AxisConfig& axis, double rate_Hz);
 /// if its limit is 0, or so wide that a plausible position never exceeds the limit.
 std::vector<std::string> supervision_warnings(const Config& config);
 
-/// Returns a line of `hystcan check` for each segment that is learnt: the highest learnt frequency, and the
-/// number of periods in which the error falls to a tenth.
+/// Returns a line of `hystcan check` for each segment in which the controller learns to reduce the periodic
+/// error. The line has the highest frequency at which learning reduces the error, and the number of periods
+/// in which the error falls to a tenth.
 std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rate_Hz);
 
 }  // namespace hystcan::config

@@ -19,8 +19,8 @@ namespace {
 template <class Payload>
 class FrameCheck : Checked {
  public:
-  /// `part` is the message's part in [axis.frames]: "command", "status" or "sample". It is unused for a
-  /// message that can only have its standard name.
+  /// `part` is the message's part in [axis.frames]: "command", "status" or "sample". It is unused for
+  /// ControllerStatus, Setpoint and ScanMarker, because [axis.frames] cannot rename these messages.
   FrameCheck(const Checked& checked, std::size_t index, const char* part)
       : Checked(checked),
         axis_(config.axes[index]),
@@ -28,7 +28,8 @@ class FrameCheck : Checked {
         path_(fmt::format("axis[{}]", index)),
         part_(part) {}
 
-  /// Runs all checks. `standard_id` is the identifier that the message must have if it is a standard message.
+  /// Runs all checks. `standard_id` is the identifier that the protocol defines for this message. A message
+  /// that the lab defines in [axis.frames] may have a different identifier.
   void run(std::uint32_t standard_id) {
     const auto map = can::message_map_in<Payload>(config.database, axis_.wire);
     if (!map) return;
@@ -247,8 +248,9 @@ class FrameCheck : Checked {
   }
 
   const AxisConfig& axis_;
-  /// True if a standard message of the axis must have the standard identifier. False if the axis shares its
-  /// command message with an earlier axis.
+  /// True if a message that is not in [axis.frames] must have the identifier that the protocol defines. False
+  /// if the axis shares its command message with an earlier axis: both axes then have the same amplifier
+  /// node, and the defined identifiers contain the number of this node.
   bool has_standard_id_;
   std::string path_;
   const char* part_;

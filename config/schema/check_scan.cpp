@@ -26,8 +26,9 @@ class ScanAxis : Checked {
       if (is_raster(segments[i])) rasters_.push_back(i);
   }
 
-  /// Checks that the reference limits never lengthen the first transition. A lengthened transition would
-  /// depend on the start position of the axis, and the axis would begin the scan later than the other axes.
+  /// Checks the transition from the start position of the axis to the first segment: transition_s must be
+  /// long enough for the farthest start position within the reference limits. Otherwise the transition would
+  /// take longer than transition_s, and the axis would begin the scan later than the other axes.
   void check_first_way() const {
     const controller::AxisConfig& control = axis_.control;
     const controller::Segment& first = control.setpoint.front();

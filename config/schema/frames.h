@@ -1,6 +1,6 @@
 // The CAN frames of an axis: their messages and their protection (counter, CRC). An axis has the standard
-// frames or the lab's own frames. If the lab's own frames lack a signal for a role, such as "enable", a
-// function is lost.
+// frames or the lab's own frames. Each signal has a role, such as "enable". If the lab's own frames have no
+// signal for a role, the controller lacks a function: without "enable", it cannot switch the amplifier off.
 #pragma once
 
 #include <string>
