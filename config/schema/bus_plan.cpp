@@ -26,7 +26,8 @@ using can::PeriodicFrame;
 /// remains in fault until the fault is cleared.
 constexpr Duration emergency_interval = std::chrono::seconds(1);
 
-/// Assumed minimum time between two live setpoints for one axis, from all senders together.
+/// Assumed minimum time between two live setpoints for one axis, from all senders together. A live setpoint
+/// is a frame with which another node sets the position of the axis.
 constexpr Duration live_setpoint_interval = std::chrono::milliseconds(10);
 
 Duration cycle_of(const Config& config) { return controller::cycle_of(config.controller); }

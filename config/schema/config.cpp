@@ -32,7 +32,8 @@ model::HysteresisParameters line_through(const AxisConfig& axis) {
   const controller::Supervisor::Config& limits = axis.control.supervision;
   model::Interval positions{limits.position_min_um, limits.position_max_um};
   if (!std::isfinite(positions.span())) positions = {0.0, 1.0};
-  // The margin keeps the ends of the line away from the position limits, at which an axis faults.
+  // The straight line of drive and position replaces a missing model. The margin keeps both ends of this line
+  // away from the position limits, at which an axis faults.
   const double margin = 0.1 * positions.span();
   positions = {positions.lo + margin, positions.hi - margin};
   return model::straight_line(axis.wire.drive_unit, "um", {gate.drive_min, gate.drive_max}, positions);
@@ -154,8 +155,8 @@ class Loader {
     controller::Delays& delays = axis.control.delays;
     set_mode(axis, file, delays.resonance_Hz, delays.damping_ratio);
     set_amplifier(axis, file, delays.amplifier_bandwidth_Hz, delays.sensor_s());
-    // If the file sets no limit, the limit for transitions is 0 at first, and derive() replaces it by a
-    // default.
+    // A missing key slew_um_per_s or acceleration_um_per_s2 means no limit for the segments. The transitions
+    // between segments still need a limit: it is set to 0 here, and derive() replaces the 0 by a default.
     const controller::ReferenceLimits& limits = axis.control.reference_limits;
     controller::ReferenceLimits& of_transitions = axis.control.transition_limits;
     if (!is_given(axis, limits.slew_um_per_s)) of_transitions.slew_um_per_s = 0.0;
@@ -205,8 +206,8 @@ class Loader {
               dynamics->delay_s, sensor_s));
     bandwidth_Hz = 1.0 / (2.0 * std::numbers::pi * lag_s);
   }
-  /// Returns the dynamics of the model file if the key of `value` is missing; nullopt if the key is set.
-  /// Throws Error if both are missing.
+  /// Returns [dynamics] of the model file if the configuration does not set `value`; nullopt if it sets
+  /// `value`. Throws Error if the configuration does not set `value` and the model file has no [dynamics].
   std::optional<model::Dynamics> dynamics_for(const AxisConfig& axis, const File& model,
                                               const double& value) const {
     if (is_given(axis, value)) return std::nullopt;

@@ -1,5 +1,5 @@
 // The keys of a configuration: one `visit` for each struct, to read, write and describe it. A test compares
-// the tables of docs/configuration/*.md with these texts; their links are relative to that folder.
+// the descriptions of the keys with docs/configuration/*.md. Links in the descriptions start at that folder.
 #pragma once
 
 #include <string>
@@ -262,8 +262,8 @@ void visit(V& v, controller::InPosition::Config& c) {
 
 inline constexpr Range enable_delay_range{.lo = 0.0, .hi = 10'000.0};
 
-/// Keys of [axis.control]. An amplifier that does not report its state needs enable_delay_ms. The keys of a
-/// drive have its unit in their names.
+/// Keys of [axis.control]. An amplifier that does not report its state needs enable_delay_ms. A key whose
+/// value is a drive has the drive unit in its name, for example drive_min_V.
 template <class V>
 void visit_control(V& v, AxisConfig& axis) {
   const std::string& unit = axis.wire.drive_unit;

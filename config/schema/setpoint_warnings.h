@@ -15,8 +15,8 @@ namespace hystcan::config {
 ///
 /// The function simulates one pass of the reference at rate_Hz. The inverse of the hysteresis model gives the
 /// drive of each cycle; of the dynamics, only plant_inverse is simulated. The drive begins at the lower
-/// threshold, where the start-up ends. A step between two levels counts as a jump and not as a slew. Only the
-/// first two million cycles of a reference are examined.
+/// end of the model's range of drives, where the start-up ends. A step between two levels counts as a jump
+/// and not as a slew. Only the first two million cycles of a reference are examined.
 std::vector<std::string> setpoint_warnings(const Config& config);
 
 }  // namespace hystcan::config

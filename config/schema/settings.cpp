@@ -19,8 +19,9 @@ std::map<std::string, std::string> by_path(const std::vector<Setting>& settings)
   return result;
 }
 
-/// Returns a configuration of defaults that has as many axes and segments of the same kinds as `config`, but
-/// no optional tables.
+/// Returns a configuration in which every key has its default, for a comparison with `config`. Both
+/// configurations have the same number of axes, and each axis has segments of the same kinds. The returned
+/// configuration has no optional tables.
 Config defaults_of(const Config& config) {
   Config defaults;
   for (const AxisConfig& axis : config.axes) {
@@ -33,7 +34,8 @@ Config defaults_of(const Config& config) {
   return defaults;
 }
 
-/// Returns the value without const, as visit() requires it. A Writer does not change the value.
+/// Casts const away, because visit() takes a reference that is not const. Use this only for visit() with a
+/// Writer: a Writer reads the value and does not change it.
 template <class T>
 T& visited(const T& value) {
   return const_cast<T&>(value);

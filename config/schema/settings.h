@@ -44,18 +44,18 @@ std::vector<Change> changes(const std::vector<Setting>& before, const std::vecto
 std::string describe(const Change& change);
 
 /// Returns the text of a configuration file. It has the required keys, the keys that differ from their
-/// defaults, and the keys with a remark. `remarks` maps the path of a key to the comment after its value,
-/// which may be empty.
+/// defaults, and the keys in `remarks`. `remarks` maps the path of a key to a comment, which is written after
+/// the value of the key. An empty comment is allowed: the key is then written without a comment.
 std::string file_text(const Config& config, const std::map<std::string, std::string>& remarks);
 
-/// Returns the text of the table [axis.control] with the keys for which `remark` returns a comment. The paths
-/// of the keys begin with "axis.control".
+/// Returns the text of the table [axis.control]. Calls `remark` for each key of this table, with a path such
+/// as "axis.control.kp". The text contains only the keys for which `remark` returns a comment.
 std::string control_text(const AxisConfig& axis, const Remark& remark);
 
 class TomlEdit;
 /// Changes `text`, the file of the configuration `before`, so that it describes the configuration `after`.
-/// The lines of unchanged keys stay as they are. Comments out a key that `after` lacks, a low-pass filter
-/// that is now zero, and a table whose keys are all removed.
+/// The lines of unchanged keys stay as they are. Comments out a key that `after` lacks, a table whose keys
+/// are all removed, and the key measurement_filter_Hz if its new value is 0 (no filter).
 void edit(TomlEdit& text, const Config& before, const Config& after);
 
 }  // namespace hystcan::config

@@ -60,7 +60,8 @@ Config wired_as(Wiring wiring, std::size_t axes, const Config& config) {
     wired.bus.background_slots = slots;
     wired.controller.node = slots;
   }
-  // With slots, three nodes share a round: amplifier, sensor and controller. Their ids have equal distances.
+  // The number of a node's slot is its id modulo `slots`. So the ids of amplifier, sensor and controller have
+  // equal distances: this spreads their three slots evenly over the round of slots.
   const std::size_t slot_spacing = wiring == Wiring::fd_slots ? slots / 3 : 1;
   // Returns the id of a node. `place` is the index of the node. The ids omit the id of the controller.
   const auto node = [&](std::size_t place) {

@@ -13,7 +13,7 @@ enum class Wiring : std::uint8_t {
   classical,  ///< each axis has its own standard frames of 8 bytes and two nodes; classical CAN
   fd,         ///< each axis has its own frames of 8 bytes and two nodes; CAN FD with bit-rate switch
   fd_shared,  ///< all axes share three CAN FD frames (samples, commands, statuses) and two nodes
-  fd_slots    ///< as fd_shared; heartbeats and statuses are sent in slots, which are eight cycles apart
+  fd_slots    ///< as fd_shared, but a node sends heartbeats and statuses only in its slot, once in 24 cycles
 };
 
 /// Returns a configuration with `axes` copies of the first axis on one bus. The bus has only samples,
