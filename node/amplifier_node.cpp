@@ -45,7 +45,8 @@ void AmplifierNode::shut_down() {
   for (AmplifierChannel* channel : channels_) channel->enter(can::AmpState::off);
   report();
   for (AmplifierChannel* channel : channels_) {
-    // A simulated output moves to the safe value in this second. The last status then reports this value.
+    // The simulation of a simulated output advances by one second. In this time the output moves to the safe
+    // value, so the last status reports the safe value.
     channel->output_.output(scheduler_.now() + std::chrono::seconds(1));  // the output has settled by then
     channel->status_is_due_ = true;
   }

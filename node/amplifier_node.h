@@ -54,8 +54,9 @@ class AmplifierNode final : public BusNode {
   void check_watchdogs();
   void check_relays();
   void note_emergency(std::uint16_t code);
-  /// Sends the regular status of each axis, one per AmplifierConfig::status_every SYNCs. If nodes have slots,
-  /// sends at most one of these statuses: the status of the axis that has waited the longest.
+  /// Sends the status of each axis that received AmplifierConfig::status_every SYNCs since its last status.
+  /// If the bus has slots (can::is_in_slot), this function is called only in a slot of the node. It then
+  /// sends the status of at most one axis: the axis whose last status is the oldest.
   void report_regularly();
   /// Sends the waiting emergencies and every status that is due.
   void report();

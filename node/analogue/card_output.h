@@ -13,9 +13,9 @@ namespace hystcan::node {
 
 // volts = volts_per_drive * drive
 //
-// After a failed conversion works() returns false: the safe drive is written at each SYNC until a write
-// succeeds. works() also returns false while the interlock is active, and at the SYNC after the guard made a
-// driven output safe.
+// The node calls works() at each SYNC. After a failed conversion works() writes the safe drive and returns
+// false, and repeats this at each SYNC until a write succeeds. works() also returns false while the interlock
+// is active, and at the SYNC after the guard made a driven output safe.
 
 class CardOutput final : public DriveOutput {
  public:
@@ -51,7 +51,8 @@ class CardOutput final : public DriveOutput {
   std::unique_ptr<LineOutput> charge_pump_;  ///< toggles at each SYNC; null: no charge-pump line
   std::unique_ptr<LineInput> interlock_;     ///< input for the interlock; null: no interlock line
   double written_ = 0.0;
-  const std::atomic<unsigned>* takeovers_ = nullptr;  ///< count of the guard (see obey()); null: no guard
+  const std::atomic<unsigned>* takeovers_ = nullptr;  ///< number of times the guard made the
+                                                      ///< output safe (see obey()); null: no guard
   unsigned known_takeovers_ = 0;
   bool is_driven_ = false;
   bool has_failed_ = false;

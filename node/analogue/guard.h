@@ -55,7 +55,7 @@ class Guard {
     pthread_mutex_t life{};                 ///< robust mutex, locked by the thread that created the guard;
                                             ///< the kernel releases the mutex when this thread ends
     std::atomic<Duration::rep> beat{0};     ///< time of the last beat, CLOCK_MONOTONIC; 0: none
-    std::atomic<Duration::rep> watched{0};  ///< time of the guard's last check; 0: none
+    std::atomic<Duration::rep> watched{0};  ///< time at which the guard last ran; 0: it has not run yet
     std::atomic<unsigned> takeovers{0};
   };
   static Shared* held_by_this_thread();

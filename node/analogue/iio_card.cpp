@@ -55,7 +55,7 @@ struct IioConverter {
   double offset = 0.0;  ///< offset that is added to each raw value before the conversion to volts
 };
 
-/// Returns an empty text if the channel has no such attribute.
+/// Returns the value of an attribute of the channel; an empty text if the channel has no such attribute.
 std::string attribute(const iio_channel* channel, const char* name) {
   std::array<char, 4096> text{};
   if (iio_channel_find_attr(channel, name) == nullptr) return {};
