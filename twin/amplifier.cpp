@@ -22,7 +22,7 @@ struct Curve {
 Curve scaled(const Curve& g, double share, double shift) {
   return {share * g.a + shift, share * g.b, share * g.c, g.k};
 }
-/// Adds two curves with the same k.
+/// Adds two curves that decay at the same rate k.
 Curve sum(const Curve& one, const Curve& other) {
   return {one.a + other.a, one.b + other.b, one.c + other.c, one.k};
 }
@@ -37,8 +37,8 @@ double zero_between(const Curve& g, double from_s, double to_s) {
   }
 }
 
-/// Returns the first time at which g falls below zero; `never` if g does not fall below zero before `end_s`.
-/// A g that begins at zero and rises has not fallen below zero at its beginning.
+/// Returns the first time at which the curve g falls below zero; `never` if the curve does not fall below
+/// zero before `end_s`. If the curve begins at zero and rises, its beginning does not count.
 double falls_below_zero(const Curve& g, double end_s) {
   const double ratio = g.k * g.c / g.b;  // value of e^{kt} at the extremum of the curve g(t) (struct Curve)
   const double extremum_s = ratio > 1.0 ? std::min(std::log(ratio) / g.k, end_s) : end_s;
@@ -84,8 +84,8 @@ class OutputCourse {
   }
 
  private:
-  /// Maximum number of phases in one computation, more than are possible without rounding errors. The limit
-  /// is needed because rounding could make two phases alternate forever.
+  /// Maximum number of phases (lag, slew limit, voltage limit) that are computed for one time step. A real
+  /// step has fewer phases. The limit is needed because rounding could make two phases alternate forever.
   static constexpr int most_phases = 32;
 
   struct End {
@@ -243,9 +243,10 @@ Amplifier::State Amplifier::operator()(const State& state) const {
 }
 
 /// Returns true if no limit acts in this state: the rate that a lag without limits would have is within the
-/// slew limit and the voltage limit. If the result is true at both ends of a step, it is true during the
-/// whole step: rate and limits are linear in the error (target minus output), and the error is monotone. This
-/// does not apply to a moving target with a voltage limit.
+/// slew limit and the voltage limit. With a constant target, or without a voltage limit, a result that is
+/// true at both ends of a step is true during the whole step. The reason: rate and limits are linear in the
+/// error (target minus output), and the error is monotone. With a moving target and a voltage limit, a limit
+/// can act in the middle of the step.
 bool Amplifier::is_within(const DriveLimits& limits, const State& state) {
   const double demanded_rate = limits.omega * (state.target - state.output);
   if (std::abs(demanded_rate) > limits.slew_per_s) return false;

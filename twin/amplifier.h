@@ -32,7 +32,8 @@ struct DriveLimits {
   double omega = 1.0;                                           ///< corner frequency of the lag, 1/s
   double slew_per_s = 1.0;                                      ///< slew limit, drive units per second
   double load_rate_per_s = 0.0;                                 ///< R / L of an inductive load (rho), 1/s
-  double load_limit = std::numeric_limits<double>::infinity();  ///< limit P = V / R, A; infinity: no limit
+  double load_limit = std::numeric_limits<double>::infinity();  ///< largest current of an inductive load, A:
+                                                                ///< voltage limit / resistance
 };
 
 // The drive amplifier: a first-order lag with limits.
@@ -71,9 +72,11 @@ class Amplifier {
     double voltage_limit_V = unlimited;  ///< maximum voltage across load_mH and load_ohm
     double load_uF = 0.0;                ///< capacitive load; 0: none
     double load_mH = 0.0;                ///< inductive load; 0: none
-    double load_ohm = 0.0;               ///< resistance in series with load_mH, or across load_uF to bleed it
+    double load_ohm = 0.0;               ///< resistance in series with load_mH, or parallel to load_uF, which
+                                         ///< it discharges when the amplifier is off
     double resolution = 0.0;             ///< resolution of the target (DAC), drive units; 0: not quantised
-    double ramp_per_s = unlimited;  ///< maximum rate of the output in Course::ramp, drive units per second
+    double ramp_per_s = unlimited;       ///< maximum rate of the output on its ramp to the safe drive
+                                         ///< (Course::ramp), drive units per second
   };
   /// How the output moves to its target.
   enum class Course : std::uint8_t {
@@ -87,10 +90,10 @@ class Amplifier {
     Course course = Course::drive;
     double rate_per_s = 0.0;  ///< rate of change of the target, drive units per second
 
-    /// Returns the output (v) after `time_s` in Course::drive.
+    /// Returns the output (v) after `time_s`, if it moves as fast as the amplifier can (Course::drive).
     double output_after(const DriveLimits& limits, double time_s) const;
-    /// Returns the time until the output reverses its direction in Course::drive; infinity if the output does
-    /// not reverse within `time_s`.
+    /// Returns the time until the output reverses its direction, if the output moves as fast as the amplifier
+    /// can (Course::drive). Returns infinity if the output does not reverse within `time_s`.
     double turns_after_s(const DriveLimits& limits, double time_s) const;
   };
 
@@ -98,7 +101,7 @@ class Amplifier {
   static double target_of(const Config& config, double setpoint);
   /// Returns the time constant of the load's discharge, in s; 0 if the load discharges at once.
   static double discharge_s(const Config& config);
-  /// Returns the lag and the limits of the output in Course::drive.
+  /// Returns the lag and the limits of an output that moves as fast as the amplifier can (Course::drive).
   static DriveLimits limits(const Config& config);
 
   Amplifier(const Config& config, double dt_s);
@@ -109,7 +112,7 @@ class Amplifier {
 
   double dt_s_;
   DriveLimits limits_, ramp_limits_;
-  double decay_;        ///< decay factor of the lag in one step: e^{-omega dt_s_}
+  double decay_;        ///< factor by which the error of the lag decays in one step
   double discharge_s_;  ///< time constant of the load's discharge
 };
 

@@ -43,7 +43,7 @@ enum class Fault : std::uint8_t {
   load_step,          ///< a force displaces the stage
   limited_output,     ///< the output's magnitude does not exceed the fault's value, and the amplifier
                       ///< still reports that it is enabled
-  sensor_gain,        ///< the sample shows the motion since the fault began, multiplied by the value
+  sensor_gain,        ///< sample = position at the begin of the fault + value * (motion since the begin)
   sensor_offset,      ///< the fault's value is added to the position in the sample
   relay_opens,        ///< the amplifier disables itself; after the fault, it obeys the next Enable
 };

@@ -46,7 +46,8 @@ class SentMessage {
   }
 
   void put_value(can::Frame& frame, std::int64_t raw) const;
-  /// Writes `value` into the frame's value signal, or the nearest value that the signal can represent.
+  /// Writes `value`, or the nearest value that the signal can represent, into the frame: as the position of a
+  /// sample, or as the output in a status.
   void put_physical(can::Frame& frame, double value) const;
   void put_bad_status(can::Frame& frame) const;
   void put_counter(can::Frame& frame, std::int64_t raw) const;
@@ -105,8 +106,8 @@ class FaultyConnection final : public can::Bus {
     std::optional<std::int64_t> frozen_value{};
     std::optional<double> gain_from{};  ///< position in the first frame after sensor_gain began; the fault
                                         ///< multiplies the motion from this position
-    // The members below belong to the message. If several channels share a message, only the first of these
-    // channels uses the members.
+    // The members below belong to the message `sends`, not to one axis. If several channels send the same
+    // message, only the first of these channels uses the members.
     std::optional<std::int64_t> frozen_counter{};
     std::optional<can::Frame> overtaken{};
     std::array<can::Frame, held_frames> late{};

@@ -191,8 +191,8 @@ void Plant::move_target(double drive, can::Duration time) {
     ramp_->turn = std::min(ramp_->end, present_.time + can::Duration(std::llround(1e9 * turn_s)));
 }
 
-/// Sets the target, course and rate of the amplifier to the values in `at`, from the present time on. The
-/// output of the amplifier does not jump.
+/// From the present time on, the amplifier has the target of `at`, the target's rate of change, and the
+/// course of `at` (how the output moves to the target). The output of the amplifier does not jump.
 void Plant::aim(const Amplifier::State& at) {
   split();
   for (Motion* motion : {&settled_, &present_}) {
@@ -258,8 +258,8 @@ void Plant::split() {
   settled_ = present_;
 }
 
-// Starts a sub-step of this length. Draws the new drive noise, which changes the drive at once, and calls the
-// grid handlers.
+// Starts a sub-step of this length. Draws the noise of the drive for this sub-step and moves the material to
+// the new drive. Then calls the handlers of on_grid().
 void Plant::begin_substep(can::Duration length) {
   next_grid_ = settled_.time + length;
   if (drive_noise_) {
@@ -279,8 +279,9 @@ bool Plant::has_settled() {
 }
 
 // Returns true if creep and temperature move the stage so evenly that `even_substeps` sub-steps may be
-// combined into one: the position would deviate from a straight line by at most negligible_um. The deviation
-// is computed from an upper bound of the second time derivative of the modes' input.
+// combined into one: the position then deviates from a straight line by at most negligible_um. The deviation
+// of a curve from its chord is at most (second derivative) * (length of the step)^2 / 8. The second
+// derivative is an upper bound, computed from the creep and the temperature.
 bool Plant::drifts_evenly() const {
   constexpr double negligible_um = 1e-6;
   if (drive_noise_ || (creep_.empty() && !config_.temperature)) return false;
@@ -314,8 +315,9 @@ double Plant::stroke_um(const Motion& motion) const {
   return motion.hysteresis_um + motion.creep_um - late_share_ * (motion.hysteresis_um - start_um_);
 }
 
-// Returns the input of the mechanical modes, um. The gain is normally 1. The result then has no rounding
-// error, because the term with the factor (gain - 1) is exactly 0.
+// Returns the input of the mechanical modes, um. Without a disturbance of the travel and without temperature,
+// the gain of the travel is exactly 1. The term with the factor (gain - 1) is then exactly 0, so it adds no
+// rounding error.
 inline double Plant::input_um(const Motion& motion) const {
   double gain = disturbance_.gain;
   double offset_um = disturbance_.load_um;

@@ -1,4 +1,5 @@
-// The simulated stage: the smart material of its actuator, and the plant that moves the stage.
+// The simulated stage of an axis. class Material is the smart material of the actuator. class Plant joins the
+// amplifier, the actuator and the mechanics of the stage.
 #pragma once
 
 #include <array>
@@ -35,12 +36,12 @@ class Material {
   /// range does not include `drive`.
   Material(const model::AnyParameters& parameters, double drive, std::size_t branches);
 
-  /// Moves the material to `drive`, in drive units, limited to the model's thresholds. Returns the
-  /// displacement, um.
+  /// Moves the material to `drive`, in drive units, limited to the range of drives of the hysteresis model.
+  /// Returns the displacement, um.
   double go_to(double drive);
   /// Returns the displacement that go_to(drive) would return, without moving to `drive`. The memory does not
-  /// change, with one exception: if the symmetry is even and `drive` has the opposite sign, the memory moves
-  /// to a drive of zero.
+  /// change, with one exception: if the model has even symmetry, and `drive` and the present drive have
+  /// opposite signs, the material moves to a drive of zero.
   double look_at(double drive);
 
  private:
@@ -138,8 +139,9 @@ class Plant {
 
   /// Advances the plant to `time`; an earlier time changes nothing.
   void advance_to(can::Time time);
-  /// Sets the amplifier's target and course from the present time on. The target is limited to the
-  /// amplifier's range.
+  /// Sets the amplifier's target from the present time on. `course` is how the output moves: to the target as
+  /// fast as possible, to the target in a slow ramp, or to zero because the amplifier is switched off. The
+  /// target is limited to the amplifier's range.
   void set_target(double drive, Amplifier::Course course = Amplifier::Course::drive);
   /// Moves the amplifier's target in a straight line from its present value to `drive`. The motion begins at
   /// the present time and takes the duration `time`. `drive` is limited to the amplifier's range.
@@ -152,9 +154,9 @@ class Plant {
   /// position reads `from`, so `from` must outlive this object.
   void couple(Plant& from, double um_per_um) { couplings_.emplace_back(&from, um_per_um); }
 
-  /// Calls each handler at the end of every sub-step, with the position without couplings; between two calls
-  /// the position is linear in time. A plant at rest makes one long sub-step, a whole multiple of `substep`,
-  /// and calls each handler once, at its end.
+  /// Calls each handler at the end of every sub-step. Its argument is the position of the stage without the
+  /// motion that other stages add (see couple()). Between two calls this position is linear in time. A plant
+  /// at rest makes one long sub-step, a whole multiple of `substep`, and calls each handler once, at its end.
   using GridHandler = std::function<void(can::Time, double position_um)>;
   void on_grid(GridHandler handler) { on_grid_.push_back(std::move(handler)); }
   /// Adds noise in drive units to the amplifier's output from the next sub-step on. `noise` is called once
@@ -177,12 +179,12 @@ class Plant {
     Amplifier::State amplifier;
     double hysteresis_um = 0.0;  ///< output of the hysteresis model
     double creep_um = 0.0;       ///< creep of the hysteresis output
-    double input_um = 0.0;       ///< input of the mechanical modes
+    double input_um = 0.0;       ///< input of the mechanical modes: the position to which they settle (u)
     model::SecondOrder::State mode, second_mode;
     model::Creep::State creep;
   };
-  /// The step functions of amplifier, modes and creep for a step of one length; their factors are computed
-  /// once.
+  /// Objects that advance amplifier, modes and creep by a time step of the length `length`. The factors that
+  /// depend on this length are computed only once.
   struct Step {
     Step(const Config& config, const model::Creep::Operators& creep_operators, can::Duration step_length);
     can::Duration length;
@@ -196,7 +198,7 @@ class Plant {
   struct Ramp {
     can::Time end;
     double to = 0.0;
-    std::optional<can::Time> turn;  ///< time at which the amplifier's output turns; nullopt: it does not turn
+    std::optional<can::Time> turn;  ///< time at which the amplifier's output reverses; nullopt: never
   };
 
   template <class Hysteresis>
@@ -214,25 +216,26 @@ class Plant {
   double input_um(const Motion& motion) const;
   double own_position_um(const Motion& motion) const;
 
-  Config config_;  ///< configuration; its natural frequencies include the present disturbance
+  Config config_;  ///< configuration; its natural frequencies are multiplied by disturbance_.resonance
   model::Creep::Operators creep_;
   double late_share_;  ///< share of the hysteresis output that appears as creep instead of at once
   Disturbance disturbance_;
-  Material material_;  ///< material with its memory, at the time of settled_
+  Material material_;  ///< material with its memory, at the time settled_.time
   double start_um_;    ///< output of the hysteresis at the start
   can::Time start_;
   Step substep_;
-  /// Cache of the step functions for parts of a sub-step. Commands arrive at the same phases of the sub-step
-  /// again and again, so the same lengths occur again.
+  /// Cache of Step objects for parts of a sub-step. A command splits a sub-step into two parts. Most commands
+  /// arrive at the same time after the begin of a sub-step, so the lengths of the parts are often the same.
   std::array<std::optional<Step>, 128> parts_;
-  Motion settled_;  ///< state at the last grid point, or at a later change of the target or disturbance
+  Motion settled_;  ///< state at the end of the last completed sub-step, or of the last part of a sub-step
   Motion present_;  ///< state at the present time
   can::Time next_grid_;
   std::optional<Ramp> ramp_;
   double noise_ = 0.0;
   std::vector<GridHandler> on_grid_;
   DriveNoise drive_noise_;
-  std::vector<std::pair<Plant*, double>> couplings_;  ///< coupled stage and its um_per_um
+  std::vector<std::pair<Plant*, double>> couplings_;  ///< a coupled stage, and the share of
+                                                      ///< its motion that moves this stage
 };
 
 }  // namespace hystcan::twin

@@ -50,10 +50,11 @@ Sensor::Reading Sensor::measure(can::Time time, double position_um) {
   return {reading_um, held_um == seen_um};
 }
 
-/// Solves the low pass y' = omega (x - y) over the time dt since the last stored point (x_0, y_0):
+/// Returns the true position x at `time` with the low-passed position y. Solves the low pass
+/// y' = omega (x - y) over the time dt since the last stored point (x_0, y_0):
 ///   y = x - u + (y_0 - x_0 + u) e^{-omega dt},   u = (x - x_0) / (omega dt)
-/// x is the true position and moves linearly during dt. u is the distance by which y lags behind x on a
-/// steady ramp.
+/// omega is the corner frequency of the low pass in 1/s. x moves linearly during dt. u is the distance by
+/// which y lags behind x on a steady ramp.
 Sensor::Point Sensor::low_passed(can::Time time, double position_um) const {
   if (config_.bandwidth_Hz == 0.0 || known_ == 0) return {time, position_um, position_um};
   const Point& last = point(0);

@@ -40,11 +40,13 @@ class Sensor {
   struct Config {
     double noise_um_rms = 0.0;               ///< standard deviation of the white noise, >= 0
     double resolution_um = 0.0;              ///< least significant bit; 0: not quantised
-    double noise_density_um_per_rtHz = 0.0;  ///< one-sided noise density; above 0 only with a bandwidth_Hz
+    double noise_density_um_per_rtHz = 0.0;  ///< one-sided density of the noise that is
+                                             ///< limited by bandwidth_Hz; without bandwidth_Hz: no such noise
     double bandwidth_Hz = 0.0;               ///< -3 dB frequency; 0: unlimited
     can::Duration delay{};
     double drift_um_per_h = 0.0;        ///< drift of the reading, zero at the start
-    double nonlinearity_percent = 0.0;  ///< amplitude of the sine error, percent of the range
+    double nonlinearity_percent = 0.0;  ///< amplitude of an error with the form of a sine over the range,
+                                        ///< percent of the range
     double range_min_um = -unbounded_um;
     double range_max_um = unbounded_um;
     double gain_error_percent = 0.0;  ///< error of the gain, percent of the position
@@ -60,10 +62,11 @@ class Sensor {
   explicit Sensor(const Config& config, std::uint64_t seed, can::Time start = {},
                   can::Duration substep = std::chrono::microseconds(50));
 
-  /// Returns true if the reading depends on the past; follow() must then be called at every grid point.
+  /// Returns true if the reading depends on past positions. follow() must then be called at the end of every
+  /// sub-step of the plant.
   bool follows() const { return config_.bandwidth_Hz > 0.0 || config_.delay > can::Duration::zero(); }
-  /// Stores the position of the plant at the grid point `time`, without allocating. The first call sets the
-  /// start: the sensor is assumed to have been at rest at this position before.
+  /// Stores the position of the plant at `time`, the end of a sub-step of the plant. Allocates no memory. The
+  /// first call sets the start: the sensor is assumed to have been at rest at this position before.
   void follow(can::Time time, double position_um);
   /// Returns the reading at `time` for the true position `position_um`. `time` must not be before the last
   /// call of follow(). measure() changes only the state of the noise.
@@ -84,8 +87,8 @@ class Sensor {
   can::Time start_;
   can::Duration substep_;
   double omega_;
-  double substep_decay_;       ///< decay factor of the low pass in one sub-step: e^{-omega_ substep_}
-  std::vector<Point> points_;  ///< ring buffer of the grid points within the delay
+  double substep_decay_;       ///< factor by which the lag of the low pass decays in one sub-step
+  std::vector<Point> points_;  ///< ring buffer of the positions within the sensor's delay
   std::size_t newest_ = 0;
   std::size_t known_ = 0;  ///< number of stored points in points_
   NormalNumbers normal_;

@@ -9,8 +9,8 @@ namespace hystcan::twin {
 
 class SimulatedSensor final : public node::PositionInput {
  public:
-  /// If the sensor has a bandwidth or a delay, it receives the plant's position at every grid point from
-  /// `start` on.
+  /// From `start` on, a sensor with a bandwidth or a delay receives the plant's position at the end of every
+  /// sub-step of the plant.
   SimulatedSensor(Sensor sensor, Plant& plant, can::Time start);
 
   Reading read(can::Time at) override;
