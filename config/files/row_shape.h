@@ -35,8 +35,8 @@ bool has_value_of(const std::vector<std::string_view>& fields, const RowShape& s
 /// Returns true if every number field of the shape has a text that is not a value, as in a line of column
 /// names.
 bool has_texts(const std::vector<std::string_view>& fields, const RowShape& shape);
-/// Returns true if the number of fields fits the shape. A last field without a number may be missing, and one
-/// further field with a text may follow.
+/// Returns true if there are as many fields as in the shape. Also returns true in two other cases: the last
+/// field of the shape is missing and is not a number field, or one more field follows and it is not a value.
 bool fits_width(const std::vector<std::string_view>& fields, const RowShape& shape);
 
 /// Returns the line before the first row of the record. `shape.rows` must not be 0. Rows with unreadable
