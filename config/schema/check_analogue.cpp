@@ -40,8 +40,8 @@ struct ChannelUse {
   const node::ActiveLevel* active = nullptr;  ///< active level of a digital line; null: not a digital line
   Member member;
 
-  /// Returns true if both uses mean the same physical channel. An input, an output and a line with the same
-  /// number on the same subdevice are different channels.
+  /// Returns true if this object and `other` are the same physical channel. An input, an output and a line
+  /// with the same number on the same subdevice are different channels.
   bool is_same(const ChannelUse& other) const {
     return std::tuple(card, noun_of(purpose), place->subdevice, place->channel) ==
            std::tuple(other.card, noun_of(other.purpose), other.place->subdevice, other.place->channel);

@@ -46,8 +46,8 @@ class FrameCheck : Checked {
  private:
   bool is_own() const { return axis_.wire.frames.has_value() && !can::is_optional<Payload>; }
 
-  /// Throws Error. For a lab's own message, the place is `key` in [axis.frames]; for a standard message, the
-  /// key `dbc`.
+  /// Throws Error. If [axis.frames] defines the message, the error has the place of `key` in [axis.frames].
+  /// Otherwise it has the place of the key `dbc` in [bus].
   [[noreturn]] void fail(const std::string& key, const std::string& what, const std::string& expected) const {
     const std::string place = is_own() ? fmt::format("{}.frames.{}.{}", path_, part_, key) : "bus.dbc";
     document.fail_at(place, fmt::format("{} in {}, expected {}", what, config.bus.dbc.string(), expected));
@@ -209,9 +209,9 @@ class FrameCheck : Checked {
                   gate.drive_min, gate.drive_max, signal.name, low, high);
   }
 
-  /// Checks that the range of the position signal includes all positions from `needed_low` to `needed_high`.
-  /// These positions extend beyond the allowed range, because only a position outside of the allowed range
-  /// can trip the axis.
+  /// Checks that the signal can represent all values from `needed_low` to `needed_high`, in um. These values
+  /// are the allowed positions of the axis, or the differences that two allowed positions can have (for a
+  /// following error). `what` names the values in the error message.
   void check_positions(const char* what, double needed_low, double needed_high, const can::Signal& signal,
                        const can::SignalCodec& codec) const {
     const can::DecimalStep step = *can::decimal_step(signal.unit, "um");

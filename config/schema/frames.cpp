@@ -40,8 +40,8 @@ void add(std::vector<std::string>& lines, const std::string& place, const can::M
     lines.push_back(place + "no CRC: damage to a frame outside the bus (in node or gateway) is not detected");
 }
 
-/// Returns the message maps of an axis: command and sample; and, if they exist, amplifier status, controller
-/// status, setpoint and scan marker.
+/// Returns the names of the messages of an axis and of their signals. The messages are command and sample
+/// and, if they exist, amplifier status, controller status, setpoint and scan marker.
 std::vector<can::MessageMap> maps_of(const can::AxisWire& axis, const can::Database& database) {
   std::vector<can::MessageMap> maps;
   for (auto& map :
