@@ -29,8 +29,8 @@ class CardOutput final : public DriveOutput {
   void leave(WatchdogAction action, can::Time from) override;
   double output(can::Time at) override;
   bool works() override;
-  /// Sets the count of the guard (Guard::takeovers()). When the count changes while the output is driven, the
-  /// guard has made the output safe, and works() then returns false.
+  /// From now on, works() reads `takeovers`: how often the guard made the output safe (Guard::takeovers()).
+  /// If this number changes while the output is driven, works() returns false.
   void obey(const std::atomic<unsigned>& takeovers) { takeovers_ = &takeovers; }
   /// Writes the safe drive, then switches the enable line off. Returns false if one of the two failed.
   bool make_safe();

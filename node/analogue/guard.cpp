@@ -26,8 +26,8 @@ void ignore_signals() {
 }
 
 /// Requests the highest priority that this user may have, and locks memory in RAM. A refusal is not an error.
-/// A page is only locked when the guard uses the page. Locking all pages at once would copy the whole memory
-/// of the node and delay the end of the guard by milliseconds.
+/// MCL_ONFAULT locks a page only when the guard first uses this page. Without MCL_ONFAULT, the guard would
+/// get a locked copy of the whole memory of the node, and it would need milliseconds longer to end.
 void request_highest_priority() {
   const sched_param priority{.sched_priority = sched_get_priority_max(SCHED_FIFO)};
   sched_setscheduler(0, SCHED_FIFO, &priority);

@@ -41,7 +41,7 @@ struct IioScale {
   std::string scale_mV;
   std::string offset;
 
-  /// Returns NaN if the text is not a number.
+  /// Returns the number in the text; NaN if the text is not a number.
   static double number(const std::string& text) { return parsed_number<double>(text).value_or(NAN); }
   double step_V() const { return 1e-3 * number(scale_mV); }
   double volts(double raw) const { return step_V() * (raw + number(offset)); }
@@ -277,8 +277,9 @@ class IioCard final : public Card {
     return all;
   }
 
-  /// Sets scale and offset of a channel, for the voltage range `range`. Channels may share the attribute of
-  /// the scale: throws ChannelError if another channel has set a different range with this attribute.
+  /// Sets scale and offset of a channel, for the voltage range `range`. Several channels can share one scale
+  /// attribute, and must then have the same range. Throws ChannelError if another channel with the same scale
+  /// attribute has a different range.
   void set(iio_channel* channel, const IioScale& scale, const std::string& range, const CardChannel& place) {
     const char* const file = iio_channel_attr_get_filename(channel, "scale");
     const std::string& first = ranges_.try_emplace(file == nullptr ? "" : file, range).first->second;

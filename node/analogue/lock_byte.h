@@ -5,8 +5,8 @@
 
 namespace hystcan::node {
 
-/// Locks a byte of a file for every process that shares its open file description, such as a child process.
-/// Returns false if another process has the lock.
+/// Locks a byte of a file. A child process that inherits the open file also owns the lock. Returns false if
+/// a process that opened the file separately has the lock.
 inline bool lock_byte(int file, off_t byte) {
   struct flock lock {};
   lock.l_type = F_WRLCK;
