@@ -221,7 +221,7 @@ class Plant {
   double late_share_;  ///< share of the hysteresis output that appears as creep instead of at once
   Disturbance disturbance_;
   Material material_;  ///< material with its memory, at the time settled_.time
-  double start_um_;    ///< output of the hysteresis at the start
+  double start_um_;    ///< output of the hysteresis model when the plant was created, um
   can::Time start_;
   Step substep_;
   /// Cache of Step objects for parts of a sub-step. A command splits a sub-step into two parts. Most commands

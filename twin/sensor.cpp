@@ -7,8 +7,8 @@
 namespace hystcan::twin {
 namespace {
 
-/// Returns the required size of the ring buffer: the grid points within the delay, one point before them for
-/// the interpolation, and one place for the next point.
+/// Returns the required size of the ring buffer of positions. The buffer has one position per sub-step within
+/// the delay, one position before them for the interpolation, and one place for the next position.
 std::size_t points_needed(can::Duration delay, can::Duration substep) {
   return static_cast<std::size_t>(delay / substep) + 3;
 }
