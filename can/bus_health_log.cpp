@@ -122,8 +122,8 @@ void BusHealthLog::write(const BusReport& report) {
   for (std::size_t i = 0; i < trouble_limits_.size(); ++i) {
     const std::uint64_t more = report.counters.*troubles[i].count - last_.counters.*troubles[i].count;
     if (const auto events = trouble_limits_[i].add(more, report.time_s))
-      sink_(Level::warning,
-            fmt::format("{}: {} {} (until {:.3f} s)", interface_, *events, troubles[i].words, report.time_s));
+      sink_(Level::warning, fmt::format("{}: {} {} (counted until {:.3f} s)", interface_, *events,
+                                        troubles[i].words, report.time_s));
   }
   last_ = report;
 }

@@ -147,7 +147,7 @@ bool Reader::stray() {
   }
   if (cursor_.next() != '/') return false;
   const std::string_view line = cursor_.take_line();
-  if (!line.starts_with("//")) throw ParseError{here.data(), "'/'", "a section of a DBC"};
+  if (!line.starts_with("//")) throw ParseError{here.data(), "'/'", "a section such as BO_, CM_ or VAL_"};
   note(here, "a comment after '//' is not part of the format: the comment is skipped");
   return true;
 }
@@ -173,8 +173,8 @@ void Reader::note(std::string_view at, std::string what) {
 void Reader::count_copies(std::string_view at, std::size_t bytes) {
   copied_ += bytes;
   if (copied_ <= largest_copies) return;
-  throw ParseError{at.data(), "too many objects that each store a copy of this section",
-                   "at most " + std::to_string(largest_copies) + " bytes for all copies in the file"};
+  throw ParseError{at.data(), "too many messages or signals that each store a copy of this section",
+                   "at most " + std::to_string(largest_copies) + " bytes for all copies of sections"};
 }
 
 void Reader::need_room(std::size_t count, std::size_t most, std::string_view at, const char* of) {
@@ -260,7 +260,7 @@ void Reader::message() {
   if (!database_.message_by_id.insert_or_assign(Database::key_of(message.id, message.extended), index)
            .second) {
     note(id_token, "identifier " + std::string(id_token) +
-                       " occurs a second time: its frames are decoded as the last message");
+                       " occurs a second time: its frames are decoded as the last of these messages");
   }
   by_id_.emplace(id, index);
   texts_.push_back({name, {}, {}, {}, {}});
@@ -294,7 +294,7 @@ Multiplexing Reader::simple_multiplexing(std::string_view word, const std::strin
   Multiplexing result;
   const bool small = word == "m" || (word.ends_with('m') && word.size() > 2);
   result.is_switch = small || word.ends_with('M');
-  if (small) note_of_signal(word, "the mark" + of + " ends in m: it is read as M, a multiplexer switch");
+  if (small) note_of_signal(word, "the multiplexing mark" + of + " ends in m: it is read as M, a switch");
   const std::string_view mark = word.substr(0, word.size() - (result.is_switch ? 1 : 0));
   if (mark.empty()) return result;
   const auto value = mark.starts_with('m') ? to_natural(mark.substr(1)) : std::nullopt;

@@ -97,7 +97,7 @@ TEST_F(BusLogging, WritesEveryStateWithTheErrorCounters) {
   bus.now = BusState::active;
   bus.totals.restarts = 1;
   EXPECT_EQ(written_at(0.7),
-            (Lines{"can0: bus active at 0.700 s", "can0: 1 restarts after bus-off (until 0.700 s)"}));
+            (Lines{"can0: bus active at 0.700 s", "can0: 1 restarts after bus-off (counted until 0.700 s)"}));
   EXPECT_EQ(levels, (std::vector{BusHealthLog::Level::warning, BusHealthLog::Level::error,
                                  BusHealthLog::Level::info, BusHealthLog::Level::warning}));
 }

@@ -76,8 +76,8 @@ TEST(DbcLimits, ApplyToListsInOneSection) {
 // Each of these files of 400 kB used to need gigabytes.
 TEST(DbcLimits, ApplyToCopiesOfASectionToManyObjects) {
   const std::string expected =
-      "found too many objects that each store a copy of this section, expected at most 67108864 bytes for "
-      "all copies in the file";
+      "found too many messages or signals that each store a copy of this section, expected at most 67108864 "
+      "bytes for all copies of sections";
   const auto is_refused = [&](const std::string& text) {
     return refusal(text).ends_with(expected) ? std::string("refused") : refusal(text);
   };

@@ -92,9 +92,9 @@ TEST(DbcTolerance, KeepsDuplicateIdentifiersNamesAndSignals) {
   EXPECT_EQ(ids.messages[0].signals[0].values.at(1), "both");
   EXPECT_EQ(ids.messages[1].signals[0].values.at(1), "both");
   EXPECT_TRUE(ids.messages[2].signals[0].values.empty()) << "standard and extended 1 differ";
-  EXPECT_EQ(
-      ids.warnings,
-      Warnings{"lab.dbc:3:5: identifier 1 occurs a second time: its frames are decoded as the last message"});
+  EXPECT_EQ(ids.warnings,
+            Warnings{"lab.dbc:3:5: identifier 1 occurs a second time: its frames are decoded as the "
+                     "last of these messages"});
   const Database names = read("BO_ 1 A: 1 X\nBO_ 2 A: 1 X\n");
   EXPECT_EQ(names.find("A")->id, 1U);
   EXPECT_EQ(names.warnings,
@@ -199,9 +199,10 @@ TEST(DbcTolerance, ReadsASwitchMarkedWithALowerCaseM) {
   EXPECT_TRUE(signals[1].multiplexing.is_switch);
   EXPECT_EQ(signals[1].multiplexing.present_at, 3U);
   EXPECT_EQ(signals[2].multiplexing.switched_by, 0U);
-  EXPECT_EQ(database.warnings,
-            (Warnings{"lab.dbc:2:8: the mark of signal A ends in m: it is read as M, a multiplexer switch",
-                      "lab.dbc:3:8: the mark of signal B ends in m: it is read as M, a multiplexer switch"}));
+  EXPECT_EQ(
+      database.warnings,
+      (Warnings{"lab.dbc:2:8: the multiplexing mark of signal A ends in m: it is read as M, a switch",
+                "lab.dbc:3:8: the multiplexing mark of signal B ends in m: it is read as M, a switch"}));
 }
 
 TEST(DbcTolerance, WarnsOfSectionsForAbsentMessagesSignalsAndNodes) {
