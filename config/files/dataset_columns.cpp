@@ -270,8 +270,8 @@ class ColumnSelector {
       if (const UnitWord* unit = find_unit(units_[i]);
           unit != nullptr && unit->meaning == ColumnMeaning::time)
         reader_.fail_at_header(
-            fmt::format("{} is a time in {}, expected the {}: select its column with --columns",
-                        shortened(choice_.titles[i]), unit->symbol, column_meanings[i]));
+            fmt::format("{} is a time in {}, expected the {}: select the column of the {} with --columns",
+                        shortened(choice_.titles[i]), unit->symbol, column_meanings[i], column_meanings[i]));
   }
 
   void require_drive() const {
@@ -279,7 +279,7 @@ class ColumnSelector {
     if (unit != nullptr && unit->meaning == ColumnMeaning::output)
       reader_.fail_at_header(
           fmt::format("{} is a position in {}, expected the drive of the actuator in V or A as the input: "
-                      "select its column with --columns",
+                      "select the column of the drive with --columns",
                       shortened(choice_.titles[1]), unit->symbol));
   }
 

@@ -142,9 +142,10 @@ class RowLoader {
     if (!columns_.has_time) {
       constexpr double same = 1e-6;
       if (times.size() == 2 && !layout_.rate_Hz && std::abs((times[1] - times[0]) * rate_Hz_ - 1.0) < same)
-        reader_.fail_at_header(fmt::format(
-            "{} has the times of the rows, expected --columns TIME,INPUT,OUTPUT, or --output-from FILE",
-            columns_.titles[1]));
+        reader_.fail_at_header(
+            fmt::format("the input {} has the times of the rows, expected --columns TIME,INPUT,OUTPUT, or "
+                        "--output-from FILE",
+                        columns_.titles[1]));
     } else if (times.size() == 2) {
       if (!reader_.has_clock() && rate_Hz_ > 0.0)
         seconds_ = seconds_beside_rate(times[1] - times[0]);
@@ -190,8 +191,8 @@ class RowLoader {
     // Tolerance for rounded times, such as 0.0003 s at 3 kHz. agrees_with_rate() checks all rows later.
     constexpr double rounded = 0.2;
     if (std::abs(unit_s * step * rate_Hz_ - 1.0) < rounded) return unit_s;
-    fail(fmt::format("{} increases by {} s, expected {} s at {}, or sample numbers; {}", columns_.titles[0],
-                     unit_s * step, 1.0 / rate_Hz_, origin_of_rate_, without_time()));
+    fail(fmt::format("{} increases by {} s, expected {} s at {}, or whole numbers that count the samples; {}",
+                     columns_.titles[0], unit_s * step, 1.0 / rate_Hz_, origin_of_rate_, without_time()));
   }
 
   void read_rows() {

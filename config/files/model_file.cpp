@@ -81,7 +81,9 @@ template <class V>
 void visit(V& v, identification::Misfit& misfit) {
   v.required("speed", misfit.speed, positive, {.meaning = "input units per second", .digits = 4});
   v.required("lowest", misfit.lowest, positive, {.meaning = "per input unit", .digits = 4});
-  v.optional("rms", misfit.rms, any, {.meaning = "RMS error in each octave above `lowest`, in output units"});
+  v.optional(
+      "rms", misfit.rms, any,
+      {.meaning = "RMS error of the model in each octave above the frequency `lowest`, in output units"});
 }
 
 template <class V>
@@ -195,8 +197,10 @@ model::AnyParameters any_parameters(const Document& document, const ModelTables&
 model::HysteresisParameters recursive_memory(const Document& document) {
   const auto kind = document.root().at_path("hysteresis.kind").value<std::string>();
   if (kind && *kind != model::Hysteresis::kind())
-    document.fail_at("hysteresis.kind",
-                     fmt::format("kind is \"{}\", expected \"recursive-memory\" here", *kind));
+    document.fail_at(
+        "hysteresis.kind",
+        fmt::format("kind is \"{}\", expected \"recursive-memory\": this command reads no other kind",
+                    *kind));
   return parameters(document, read_model(document));
 }
 

@@ -153,7 +153,8 @@ TEST(LabCsvColumns, MayHaveRoundedTimes) {
 TEST(LabCsvColumns, AreRefusedIfTimesContradictTheRate) {
   EXPECT_EQ(refusal("Abtastrate: 5000 Hz\nt (ms);V;x\n0;1;2\n1;3;4\n", {}),
             ":4: t (ms) increases by 0.001 s, expected 0.0002 s at \"Abtastrate: 5000 Hz\" (--rate overrides "
-            "it), or sample numbers; --columns 2,3 --rate HZ reads the file without its time column");
+            "it), or whole numbers that count the samples; --columns 2,3 --rate HZ reads the file without "
+            "its time column");
 }
 
 TEST(LabCsvColumns, MayContainTimesOrSampleNumbersBesideARate) {
@@ -164,11 +165,11 @@ TEST(LabCsvColumns, MayContainTimesOrSampleNumbersBesideARate) {
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(time_s[i], expected[i], 1e-12) << text;
   }
   EXPECT_EQ(refusal("t,V,x\n0,1,2\n0.001,3,4\n", {.rate_Hz = 5000.0}),
-            ":3: t increases by 0.001 s, expected 0.0002 s at --rate 5000, or sample numbers; --columns 2,3 "
-            "reads the file without its time column");
+            ":3: t increases by 0.001 s, expected 0.0002 s at --rate 5000, or whole numbers that count "
+            "the samples; --columns 2,3 reads the file without its time column");
   EXPECT_EQ(refusal("t (ms),V,x\n0,1,2\n1,3,4\n", {.rate_Hz = 5000.0}),
-            ":3: t (ms) increases by 0.001 s, expected 0.0002 s at --rate 5000, or sample numbers; --columns "
-            "2,3 reads the file without its time column");
+            ":3: t (ms) increases by 0.001 s, expected 0.0002 s at --rate 5000, or whole numbers that count "
+            "the samples; --columns 2,3 reads the file without its time column");
 }
 
 TEST(LabCsvColumns, AreScaledFromVoltageToLength) {
@@ -330,14 +331,14 @@ TEST(LabCsvSigns, HaveApostrophesAndNarrowBlanksBetweenThousands) {
 
 TEST(LabCsvRefusal, NamesAnOutputThatIsATime) {
   EXPECT_EQ(refusal("Time,Drive,Time,Sensor\ns,V,s,V\n0,1,0,2\n1,2,1,3\n", {.columns = "1,2,3"}),
-            ":1:1: Time is a time in s, expected the output: select its column with --columns");
+            ":1:1: Time is a time in s, expected the output: select the column of the output with --columns");
 }
 
 TEST(LabCsvRefusal, NamesAnInputThatIsAPosition) {
   EXPECT_EQ(
       refusal("Time (s),Setpoint (um),Position (um)\n0,1,2\n1,2,3\n"),
       ":1:1: Setpoint (um) is a position in um, expected the drive of the actuator in V or A as the input: "
-      "select its column with --columns");
+      "select the column of the drive with --columns");
 }
 
 TEST(LabCsvRefusal, NamesTheKindOfABinaryFile) {
