@@ -214,7 +214,7 @@ void TomlEdit::set(const std::string& path, const std::string& value) {
     return has_header(entry.second) && entry.second.source().begin == where.begin;
   });
   if (place.within_inline || !has_header(node) || only_implied)
-    fail(where, fmt::format("{} is missing in {}, which has no header of its own, expected a table [{}]",
+    fail(where, fmt::format("{} is missing, and {} has no header line to add it below, expected a table [{}]",
                             path, header, header));
   const OwnLines own = own_lines_of(table, [this](const toml::node& of) { return has_header(of); });
   if (missing == 1)

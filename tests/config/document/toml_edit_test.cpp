@@ -91,8 +91,9 @@ TEST(TomlEdit, ReplacesValuesOfInlineTablesAndDottedKeys) {
 }
 
 TEST(TomlEdit, RefusesToAddAKeyToATableWithoutAHeader) {
-  EXPECT_EQ(refusal_of("[a]\nt = { k = 1 }\n", "a.t.n"),
-            "f.toml:2:5: a.t.n is missing in a.t, which has no header of its own, expected a table [a.t]");
+  EXPECT_EQ(
+      refusal_of("[a]\nt = { k = 1 }\n", "a.t.n"),
+      "f.toml:2:5: a.t.n is missing, and a.t has no header line to add it below, expected a table [a.t]");
   EXPECT_NE(refusal_of("[a]\nt.k = 1\n", "a.t.n").find("expected a table [a.t]"), std::string::npos);
   EXPECT_NE(refusal_of("[a.t]\nk = 1\n", "a.n").find("expected a table [a]"), std::string::npos);
   EXPECT_NE(refusal_of("[a]\nk = 1\n", "a.k.n").find("the table that contains a.k.n is missing"),
