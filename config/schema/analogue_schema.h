@@ -46,10 +46,11 @@ void visit(V& v, node::AnalogueConfig& a) {
       {"the card: `comedi:/dev/comedi0`, `iio:ad5791`, or `simulated` for the stage of `[axis.twin]`"});
   v.table("drive_output", a.drive_output, plain);
   v.required("volts_per_drive", a.volts_per_drive, scale_range,
-             {"volts of the output for one unit of the drive; 0.1 for an amplifier of 10 V/V"});
+             {"volts at the card's output for one unit of the drive; 0.1 for an amplifier of 10 V/V"});
   v.table("position_input", a.position_input, plain);
   v.required("position_um_per_V", a.position_um_per_V, scale_range, {"scale of the sensor"});
-  v.optional("position_zero_um", a.position_zero_um, {.lo = -1e6, .hi = 1e6}, {"position at 0 V"});
+  v.optional("position_zero_um", a.position_zero_um, {.lo = -1e6, .hi = 1e6},
+             {"position if the sensor's voltage is 0 V"});
   v.optional_table("output_input", a.output_input, plain);
   v.optional_table("enable_line", a.enable_line, plain);
   v.optional_table("interlock_line", a.interlock_line, plain);
@@ -57,7 +58,7 @@ void visit(V& v, node::AnalogueConfig& a) {
   v.optional("enable_delay_ms", a.amplifier.enable_delay, {.lo = 0.0, .hi = 10'000.0},
              {"time from the signal on the enable line until the amplifier connects its output"});
   v.optional("command_timeout_ms", a.amplifier.command_timeout, {.lo = 0.1, .hi = 10'000.0},
-             {"timeout of the watchdog, at least two cycles"});
+             {"time without a command after which the amplifier's watchdog trips, at least two cycles"});
   v.optional("status_every", a.amplifier.status_every, {.lo = 1, .hi = 1000},
              {"period of `AmpStatus` in SYNCs"});
 }

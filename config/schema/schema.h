@@ -25,7 +25,7 @@ void visit(V& v, BusConfig& bus) {
        "not switch the bit rate"});
   v.required("dbc", bus.dbc, any, {"the CAN database"});
   v.optional("turnaround_us", bus.turnaround, not_negative,
-             {"sum of the reaction times of sensor and controller, for the check of the bus"});
+             {"time from SYNC to sample in the sensor plus time from sample to command in the controller"});
   v.optional(
       "background_slots", bus.background_slots, {.lo = 0, .hi = can::sync_counter_max},
       {"number of cycles in a round of [slots](../protocol/cycle.md#background-slots) for "
@@ -61,7 +61,7 @@ void visit(V& v, controller::CommonConfig& c) {
              {"SYNC delay above which every axis in use faults; 0: never"});
   v.optional("start_together", c.start_together, any, {"a ready axis waits until the other axes are ready"});
   v.optional("start_timeout_s", c.start_timeout, not_negative,
-             {"longest time for which a ready axis waits for the other axes"});
+             {"longest time for which a ready axis waits for the other axes; then it begins without them"});
   v.optional("control_socket", c.control_socket, any, {"file of the [control socket](../control_socket.md)"});
   v.optional("state_dir", c.state_folder, any, {"folder of the state files; empty: no state is saved"});
   v.optional("black_box_dir", c.black_box.folder, any,
@@ -123,7 +123,7 @@ template <class V>
 void visit(V& v, controller::MultiSine& s) {
   v.required("centre_um", s.centre_um, any, {"position at which the sum of cosines is zero"});
   v.required("amplitudes_um", s.amplitudes_um, positive, {"amplitude of each cosine"});
-  v.required("frequencies_Hz", s.frequencies_Hz, positive, {"as many"});
+  v.required("frequencies_Hz", s.frequencies_Hz, positive, {"frequency of each cosine"});
   v.optional("phases_deg", s.phases_deg, any,
              {"phase of each cosine; empty: Schroeder's phases, which give a low peak"});
   v.required("duration_s", s.duration_s, positive, {"duration of the sum of cosines without its fades"});
@@ -149,14 +149,14 @@ void visit(V& v, controller::Raster& s) {
   v.required("low_um", s.low_um, any,
              {"`fast`: position at one end of a line; `slow`: position of the first line"});
   v.required("high_um", s.high_um, any,
-             {"`fast`: position at the other end of a line; `slow`: position of the last line"});
+             {"`fast`: end of a line opposite to `low_um`; `slow`: position of the last line"});
   v.required("line_rate_Hz", s.line_rate_Hz, positive, {"lines per second"});
   v.required("lines", s.lines, {.lo = 2, .hi = counted.hi}, {"lines per frame"});
   v.optional("return_lines", s.return_lines, counted,
              {"time for the return to the first line after each frame, as a multiple of the time of a line"});
   v.optional("frames", s.frames, counted, {"number of frames"});
   v.optional("pixels", s.pixels, {.lo = 0, .hi = counted.hi},
-             {"number of pixels per line, which the CSV counts; 0: pixels are not counted"});
+             {"number of pixels per line for the column `scan_pixel` of the CSV; 0: pixels are not counted"});
   v.optional("both_directions", s.both_directions, any,
              {"`true`: lines alternate up and down; `false`: all lines up, with a flyback"});
   if (!s.both_directions)
@@ -164,7 +164,7 @@ void visit(V& v, controller::Raster& s) {
                {"share of the line time for the flyback, if `both_directions` is false"});
   v.optional("slow", s.slow, any, {"whether the slow axis rests on each line or moves at constant speed"});
   v.optional("turnaround_percent", s.turnaround_percent, turnaround_range,
-             {"share of the line time for the turnarounds of the line together; 0: sharp corners"});
+             {"share of the line time for turnarounds (one, or two with flyback); 0: sharp corners"});
 }
 
 template <class V>
@@ -191,12 +191,11 @@ void visit(V& v, controller::Delays& d) {
              {"damping ratio of the first mode", "of the model"});
   v.optional("interpolated", d.interpolated, any,
              {"the amplifier ramps linearly to each setpoint within a cycle"});
-  v.optional(
-      "second_order", d.second_order, any,
-      {"`true`: the feed-forward compensates the delays to second order; `false`: only the mean delay"});
-  v.optional(
-      "plant_inverse", d.plant_inverse, any,
-      {"`true`: the feed-forward inverts the whole plant with its first mode, also between the samples"});
+  v.optional("second_order", d.second_order, any,
+             {"`true`: the feed-forward compensates mean and variance of delays; `false`: only the mean"});
+  v.optional("plant_inverse", d.plant_inverse, any,
+             {"`true`: the feed-forward inverts the plant with its first mode and minimises the error "
+              "between samples too"});
   v.optional("sensor_delay_us", d.sensor_delay, {.lo = 0.0, .hi = 100'000.0},
              {"time from a motion of the stage until a sample shows the motion"});
   v.optional("sensor_bandwidth_Hz", d.sensor_bandwidth_Hz, not_negative,
@@ -207,7 +206,7 @@ template <class V>
 void visit(V& v, controller::Notch::Config& n) {
   v.required("frequency_Hz", n.frequency_Hz, positive,
              {"frequency of the largest attenuation, less than half of `rate_Hz`"});
-  v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0}, {"gain at that frequency"});
+  v.required("depth", n.depth, {.lo = 0.0, .hi = 1.0}, {"gain of the notch filter at `frequency_Hz`"});
   v.required("width", n.width, positive,
              {"damping ratio of the denominator of the notch filter: a larger value gives a wider notch"});
 }
@@ -230,25 +229,26 @@ void visit_supervision(V& v, controller::AxisConfig& c) {
   controller::Supervisor::Config& s = c.supervision;
   v.required("position_min_um", s.position_min_um, any, {"`position implausible`: lowest allowed position"});
   v.required("position_max_um", s.position_max_um, any, {"`position implausible`: highest allowed position"});
-  v.optional("position_jump_um", s.position_jump_um, not_negative,
-             {"`position jumped`: largest motion in a cycle; 0: off"});
+  v.optional(
+      "position_jump_um", s.position_jump_um, not_negative,
+      {"`position jumped`: a sample whose position moves by more per cycle counts as missing; 0: off"});
   v.required("following_error_um", c.following_error.error_um, positive,
-             {"`following error`: largest error against the reference"});
+             {"`following error`: the axis faults if its error against the reference is larger than this"});
   v.optional("following_error_lag_ms", c.following_error.lag, not_negative,
-             {"`following error`: the limit is higher by the motion of the reference in this time"});
+             {"`following error`: the allowed error grows by the motion of the reference in this time"});
   v.optional("following_error_cycles", c.following_error.cycles, {.lo = 1},
-             {"`following error`: number of consecutive cycles in which the error is too large"});
+             {"`following error`: the axis faults if the error is too large in this many cycles in a row"});
   v.optional("missing_samples", s.missing_samples, {.lo = 0, .hi = 1000},
-             {"`sample missing`: maximum consecutive missing samples"});
+             {"`sample missing`: the axis faults if more consecutive samples than this are missing"});
   v.optional("frozen_cycles", s.frozen_cycles, any,
-             {"`position frozen`: number of consecutive equal samples; 0: off"});
+             {"`position frozen`: the axis faults after this many equal samples if its drive moves; 0: off"});
   v.optional("saturated_s", s.saturated_s, not_negative,
-             {"`saturated`: longest time at the drive limit; 0: off"});
+             {"`saturated`: the axis faults if range, slew or model limits its drive for longer; 0: off"});
   v.optional("bus_passive_s", s.bus_passive_s, not_negative,
-             {"`bus passive`: longest time in the error-passive state; 0: off"});
+             {"`bus passive`: the axis faults if the interface is error-passive for longer; 0: off"});
   v.optional(
       "status_timeout_ms", s.status_timeout, not_negative,
-      {"`status missing`: longest time without a status, at least two periods of `status_every`; 0: off"});
+      {"`status missing`: the axis faults if its last status is older (minimum: 2 `status_every`); 0: off"});
 }
 
 template <class V>
@@ -280,7 +280,7 @@ void visit_control(V& v, AxisConfig& axis) {
              {"corner frequency of a first-order low pass at the PI input; 0: none"});
   v.required("drive_min_" + unit, c.gate.drive_min, any, {"lowest drive in a command"});
   v.required("drive_max_" + unit, c.gate.drive_max, any,
-             {"highest drive in a command, at least the model's upper threshold"});
+             {"highest drive in a command, at least `input_max` of the model (its upper threshold)"});
   v.required("safe_drive_" + unit, c.gate.safe_drive, any,
              {"drive of the safe command, which also disables the amplifier", {}, Effect::after_restart});
   v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive, {"maximum rate of change of the drive"});
@@ -289,7 +289,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.required("wipe_slew_" + unit + "_per_s", c.wipe_slew_per_s, positive,
              {"speed of the drive ramps at the start and at the end of a run", {}, Effect::at_next_start});
   v.optional("wipe_dwell_s", c.wipe_dwell_s, not_negative,
-             {"rest at each threshold", {}, Effect::at_next_start});
+             {"rest of the drive at each threshold of the model at the start", {}, Effect::at_next_start});
   v.optional("fault_ramp_" + unit + "_per_s", c.fault_ramp_per_s, not_negative,
              {"speed of the ramp to `safe_drive` after a fault with which "
               "[the drive still works](../safety.md#stopping-without-a-blow); 0: no ramp"});
@@ -399,7 +399,7 @@ void visit(V& v, AxisConfig& axis) {
              {"the controller sends `<Axis>ScanMarker` when a line of a `raster` begins: "
               "[below](#scan_marker-the-lines-of-a-scan-over-can)"});
   v.optional("setup_timeout_ms", axis.wire.setup_patience.timeout, {.lo = 1.0, .hi = 60'000.0},
-             {"time limit for a node's answer to one request"});
+             {"time limit for a node's answer to one SDO request of its set-up"});
   v.optional("setup_attempts", axis.wire.setup_patience.attempts, {.lo = 1, .hi = 100},
              {"maximum number of attempts to write each object, including the first one"});
   const auto plain = [](V& sub, auto& value) { visit(sub, value); };

@@ -11,7 +11,7 @@ namespace hystcan::config {
 /// Lists the keys of [[axis.control.coupling]] and [[axis.twin.coupling]].
 template <class V>
 void visit(V& v, model::Coupling& c) {
-  v.required("from", c.from, any, {"axis that moves this axis"});
+  v.required("from", c.from, any, {"axis whose motion also moves this axis"});
   v.required("um_per_um", c.um_per_um, {.lo = -0.5, .hi = 0.5},
              {"position added to this axis per um of the other axis"});
 }
@@ -34,7 +34,8 @@ void visit_load(V& v, const std::string& unit, twin::Amplifier::Config& amplifie
     v.optional("load_mH", amplifier.load_mH, not_negative,
                {"inductance of the coil if the drive is in A; 0: no inductance"});
   }
-  v.optional("load_ohm", amplifier.load_ohm, not_negative, {"a resistance, see below"});
+  v.optional("load_ohm", amplifier.load_ohm, not_negative,
+             {"drive in V: resistance across `load_uF`; drive in A: resistance of the coil"});
 }
 
 /// Lists the keys of the simulated amplifier, except range, slew and bandwidth (see visit_twin()).
@@ -50,8 +51,10 @@ void visit_amplifier(V& v, const std::string& unit, twin::AxisConfig& t) {
   v.optional("ripple_Hz", t.drive_noise.ripple_Hz, not_negative,
              {"frequency of the sine on the output, at most 1 / (2 `substep_us`)"});
   v.optional("watchdog_action", t.watchdog_action, any, {"reaction of the output when commands stop"});
-  v.optional("watchdog_ramp_" + unit + "_per_s", amplifier.ramp_per_s, positive,
-             {"speed of the ramp; `slew` or the load can make the ramp slower", "required with `ramp`"});
+  v.optional(
+      "watchdog_ramp_" + unit + "_per_s", amplifier.ramp_per_s, positive,
+      {"speed of the output after the watchdog has tripped; the slew limit or the load can make it slower",
+       "required with `ramp`"});
   v.optional("apply", t.apply, any, {"event at which a setpoint takes effect"});
   v.optional("interpolate", t.interpolate, any, {"the drive ramps linearly to each setpoint within a cycle"});
   v.optional("enable_delay_ms", t.enable_delay, {.lo = 0.0, .hi = 10'000.0},
@@ -71,7 +74,7 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
   v.optional("noise_density_um_per_rtHz", sensor.noise_density_um_per_rtHz, not_negative,
              {"one-sided density of the white noise before the low pass"});
   v.optional("delay_us", sensor.delay, {.lo = 0.0, .hi = 100'000.0},
-             {"age of the position that the sensor reads"});
+             {"a sample has the position that the stage had this time before the sampling"});
   v.optional("drift_um_per_h", sensor.drift_um_per_h, any, {"linear drift since the start of the twin"});
   v.optional("gain_error_percent", sensor.gain_error_percent, {.lo = -300.0, .hi = 300.0},
              {"gain error in percent of the position; -200: a reversed sensor"});
@@ -80,7 +83,8 @@ void visit_sensor(V& v, twin::AxisConfig& t) {
              {"nonlinearity in percent of the range"});
   v.optional("range_min_um", sensor.range_min_um, any,
              {"lowest position that the sensor reads", "unbounded"});
-  v.optional("range_max_um", sensor.range_max_um, any, {"largest one", "unbounded"});
+  v.optional("range_max_um", sensor.range_max_um, any,
+             {"highest position that the sensor reads", "unbounded"});
   v.optional("sampling", t.sample_clock.sampling, any,
              {"the sensor samples at the SYNC (`sync`) or by its own clock (`free`)"});
   v.optional("sample_rate_Hz", t.sample_clock.rate_Hz, {.lo = 0.0, .hi = 10'000.0},
@@ -104,7 +108,7 @@ void visit(V& v, twin::LogarithmicCreep& creep) {
              {"creep in each decade of time after a step, as a share of the step"});
   v.required("from_s", creep.from_s, positive,
              {"start of the interval in which creep is logarithmic in time"});
-  v.required("to_s", creep.to_s, positive, {"end of that interval"});
+  v.required("to_s", creep.to_s, positive, {"end of the interval in which creep is logarithmic in time"});
 }
 template <class V>
 void visit(V& v, twin::Temperature& temperature) {
@@ -129,12 +133,13 @@ void visit_twin(V& v, AxisConfig& axis) {
              {"damping ratio of the mode", "of the model"});
   v.required("drive_min_" + unit, t.plant.amplifier.drive_min, any, {"lowest output of the amplifier"});
   v.required("drive_max_" + unit, t.plant.amplifier.drive_max, any,
-             {"highest output of the amplifier, at least the model's upper threshold"});
+             {"highest output of the amplifier, at least `input_max` of the model (its upper threshold)"});
   v.required("safe_drive_" + unit, t.plant.amplifier.safe_drive, any,
              {"output of the amplifier if it is not enabled"});
   v.required("slew_" + unit + "_per_s", t.plant.amplifier.slew_per_s, positive, {"slew limit"});
   v.optional("bandwidth_Hz", t.plant.amplifier.bandwidth_Hz, positive, {"first-order lag", "of the model"});
-  v.required("command_timeout_ms", t.command_timeout, positive, {"timeout of the watchdog"});
+  v.required("command_timeout_ms", t.command_timeout, positive,
+             {"time without a command after which the amplifier's watchdog trips"});
   v.optional("status_every", t.status_every, {.lo = 1, .hi = 1000}, {"period of `AmpStatus` in SYNCs"});
   v.required("noise_um_rms", t.sensor.noise_um_rms, not_negative,
              {"standard deviation of the noise in one sample"});
@@ -166,7 +171,9 @@ void visit(V& v, twin::FaultSpec& f) {
   v.required("duration_s", f.lasts, positive, {"duration of the fault"});
   if (!its.unit.empty())
     v.optional("value", f.value, {.lo = its.lowest, .hi = its.highest},
-               {"value of the fault, for kinds that have a value", "of the kind"});
+               {"number that some kinds of faults have, such as the cycles of `late`: "
+                "[its meaning](../twin.md#faults)",
+                "of the kind"});
   v.optional("repeat_every_s", f.repeat_every, not_negative,
              {"period of a repeated fault, more than `duration_s`; 0: the fault occurs once"});
 }
@@ -176,7 +183,7 @@ template <class V>
 void visit(V& v, twin::RandomFaults& r) {
   v.optional("seed", r.seed, any, {"the same seed gives the same faults"});
   v.required("rate_per_hour", r.rate_per_hour, {.lo = 0.0, .hi = 36'000.0, .lo_excluded = true},
-             {"rate of all faults together"});
+             {"mean number of faults per hour, of all kinds together"});
   v.optional("duration_min_s", r.shortest, positive,
              {"shortest duration of a fault; the durations are uniformly distributed"});
   v.optional("duration_max_s", r.longest, positive, {"longest duration of a fault"});
