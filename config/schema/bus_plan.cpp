@@ -267,7 +267,7 @@ void check_slots(const Checked& checked) {
   if (2 * round_of(config) > longest)
     fail(fmt::format(
         "two rounds of {} background slots take {:.3g} ms, expected at most {:g}, the shorter heartbeat_ms "
-        "of [controller] and [twin]: in its slot, a node sends either a heartbeat or a status",
+        "of [controller] and [twin]: between two heartbeats, a node needs another slot for its status",
         slots, 2e3 * can::seconds(round_of(config)), 1e3 * can::seconds(longest)));
   const Duration gap =
       round_of(config) + std::max(config.twin.heartbeat_period, config.controller.heartbeat_period);

@@ -87,7 +87,9 @@ class AxisCheck : Checked {
     if (!(min < max)) fail(max, "drive_max is {}, expected more than drive_min, {}", max, min);
     if (safe < min || safe > max) fail(safe, "safe_drive is {}, expected {} to {}", safe, min, max);
     if (max < thresholds.hi)
-      fail(max, "drive_max is {}, expected at least {}: the drive must reach the model's upper threshold",
+      fail(max,
+           "drive_max is {}, expected at least {}: the drive must reach input_max, the upper "
+           "threshold of the model",
            max, thresholds.hi);
   }
 
@@ -159,8 +161,8 @@ class AxisCheck : Checked {
   void check_watchdog() const {
     if (axis_.control.verify_watchdog && !reports_state(axis_.wire))
       fail(axis_.control.verify_watchdog,
-           "the amplifier does not report its state, expected a status message with a signal for the "
-           "role state");
+           "verify_watchdog is true, but the amplifier does not report its state, expected a status message "
+           "with a signal for the role state");
   }
 
   void check_filters() const {
@@ -188,11 +190,11 @@ void check_nodes(const Checked& checked) {
     const auto [before, is_new] = taken.emplace(node, &node);
     if (is_new) return;
     const std::string path = path_of(config, node), other = path_of(config, *before->second);
-    checked.document.fail_at(path,
-                             fmt::format("node {} is used by {}, expected an unused node id{}", node, other,
-                                         other.substr(other.find('.')) == path.substr(path.find('.'))
-                                             ? ", or one message for both axes in [axis.frames]"
-                                             : ""));
+    checked.document.fail_at(
+        path, fmt::format("node {} is used by {}, expected an unused node id{}", node, other,
+                          other.substr(other.find('.')) == path.substr(path.find('.'))
+                              ? ", or, if it is one node, one message for both axes in [axis.frames]"
+                              : ""));
   };
   for (std::size_t i = 0; i < config.axes.size(); ++i) {
     if (first_sharing<can::AmpCommand>(config, i) == i) take(config.axes[i].wire.amplifier_node);

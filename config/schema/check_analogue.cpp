@@ -152,7 +152,8 @@ class AnalogueCheck : Checked {
     const double tried_ms = 1e3 * controller::watchdog_timeout_s;
     if (axis_.control.verify_watchdog && timeout_ms >= tried_ms)
       fail(timeout,
-           "command_timeout_ms is {:g}, expected less than {:g}, the longest wait of verify_watchdog",
+           "command_timeout_ms is {:g}, expected less than {:g}, the time for which "
+           "verify_watchdog waits for a trip",
            timeout_ms, tried_ms);
   }
 
@@ -172,8 +173,8 @@ class AnalogueCheck : Checked {
         std::max(0.0, control_ms + 1e3 * axis_.control.supervision.enable_timeout_s - 2.0 * cycle_ms());
     if (reports_state(axis_.wire) && delay_ms > longest_ms)
       fail(delay,
-           "enable_delay_ms is {:g}, expected at most {:g}, the longest wait of the controller; raise "
-           "enable_delay_ms of [axis.control]",
+           "enable_delay_ms is {:g}, expected at most {:g}, the time for which the controller waits for "
+           "the state enabled; raise enable_delay_ms of [axis.control] for a longer wait",
            delay_ms, longest_ms);
   }
 

@@ -47,10 +47,13 @@ class InstrumentCheck : Checked {
 
   void check_watchdog() const {
     if (twin_.watchdog_action == node::WatchdogAction::ramp && !std::isfinite(amplifier_.ramp_per_s))
-      fail(twin_.watchdog_action, "missing key {}, expected the speed of the ramp",
+      fail(twin_.watchdog_action,
+           "missing key {}, expected the speed of the ramp of watchdog_action \"ramp\"",
            key_of(axis_, amplifier_.ramp_per_s));
     if (twin_.watchdog_action == node::WatchdogAction::off && twin::Amplifier::discharge_s(amplifier_) == 0.0)
-      fail(twin_.watchdog_action, "the load's time constant is 0, expected load_ohm with load_uF or load_mH");
+      fail(twin_.watchdog_action,
+           "the load's time constant is 0, expected load_ohm with load_uF or load_mH: the output falls with "
+           "this time constant if watchdog_action is \"off\"");
   }
 
   void check_interpolation() const {
@@ -71,7 +74,8 @@ class InstrumentCheck : Checked {
   void check_sensor() const {
     const twin::Sensor::Config& sensor = twin_.sensor;
     if (sensor.noise_density_um_per_rtHz > 0.0 && sensor.bandwidth_Hz == 0.0)
-      fail(sensor.noise_density_um_per_rtHz, "bandwidth_Hz is 0, expected the bandwidth of the noise");
+      fail(sensor.noise_density_um_per_rtHz,
+           "bandwidth_Hz is 0, expected more than 0: without a low pass, the white noise has infinite power");
     if (!(sensor.range_min_um < sensor.range_max_um))
       fail(sensor.range_max_um, "range_max_um is {:g}, expected more than range_min_um, {:g}",
            sensor.range_max_um, sensor.range_min_um);
@@ -108,8 +112,8 @@ void check_receipt_delays(const Checked& checked) {
     const can::Duration latest = latest_command(plan_bus(config), config, axis);
     if (delay <= can::Duration::zero() || delay > latest)
       checked.fail(delay,
-                   "command_delay_us is {:g}, expected more than 0 and at most {:.0f}, the latest end of the "
-                   "command on the bus: a setpoint takes effect on receipt",
+                   "command_delay_us is {:g}, expected more than 0 and at most {:.0f}, the longest time "
+                   "from SYNC to the end of the command frame: a setpoint takes effect on receipt",
                    us(delay), us(latest));
   }
 }

@@ -151,16 +151,19 @@ std::vector<std::string> findings_of_learning(const AxisConfig& axis, double rat
     const controller::LearningDesign& design = *designs[i];
     std::string line = fmt::format(
         "setpoint[{}]: learning reduces errors up to {:.3g} Hz if the resonance differs from resonance_Hz by "
-        "at most {:g} %; the error falls to a tenth within {:.0f} periods (slowest at {:.3g} Hz)",
+        "at most {:g} %; each part of the error falls to a tenth within {:.0f} periods "
+        "(slowest part: {:.3g} Hz)",
         i, design.highest_Hz, design.resonance_percent, std::ceil(design.slowest_periods), design.slowest_Hz);
     if (design.periods > 1)
-      line +=
-          fmt::format("; {} periods are learnt together, as {} cycles", design.periods, design.plan.phases);
+      line += fmt::format(
+          "; {} periods are learnt as one block of {} cycles: one period is short or not a "
+          "whole number of cycles",
+          design.periods, design.plan.phases);
     if (design.slip_cycles > negligible_cycles)
       line += fmt::format(
-          "; the learnt duration differs by {:.2f} of a cycle from a whole number of cycles, so the "
-          "corrections are interpolated",
-          design.slip_cycles);
+          "; the duration of the learnt {} differs by {:.2f} of a cycle from a whole number of cycles, so "
+          "the corrections are interpolated",
+          design.periods > 1 ? "block" : "period", design.slip_cycles);
     lines.push_back(line);
   }
   return lines;

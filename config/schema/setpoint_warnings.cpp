@@ -145,7 +145,8 @@ void warn_of_range(const AxisConfig& axis, std::vector<std::string>& warnings) {
     const double beyond = std::max(min - gate.drive_min, gate.drive_max - max);
     if (beyond > far * (max - min))
       warnings.push_back(fmt::format(
-          "axis {}: the drive range, {:g} to {:g} {}, extends far beyond the {} range, {:g} to {:g} {}",
+          "axis {}: the drive range, {:g} to {:g} {}, extends far beyond the {} range, {:g} to {:g} {}: "
+          "check drive_min and drive_max",
           axis.wire.name, gate.drive_min, gate.drive_max, axis.wire.drive_unit, whose, min, max,
           axis.wire.drive_unit));
   };

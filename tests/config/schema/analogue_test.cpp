@@ -95,7 +95,8 @@ TEST(Analogue, HasOneLevelOfASharedLine) {
 TEST(Analogue, NeedsAWatchdogThatTripsWithinItsVerification) {
   const std::vector<Setting> verified{{"axis[1].control.verify_watchdog", "true"},
                                       of_y("command_timeout_ms", "1000.0")};
-  EXPECT_NE(refusal_with(verified).find("expected less than 1000, the longest wait of verify_watchdog"),
+  EXPECT_NE(refusal_with(verified).find(
+                "expected less than 1000, the time for which verify_watchdog waits for a trip"),
             std::string::npos)
       << refusal_with(verified);
 }
@@ -166,7 +167,7 @@ INSTANTIATE_TEST_SUITE_P(
         Refusal{"WatchdogWithinTwoCycles", of_y("command_timeout_ms", "1.9"),
                 "command_timeout_ms is 1.9, expected at least two cycles, 2"},
         Refusal{"RelayThatIsTooSlow", of_y("enable_delay_ms", "499"),
-                "enable_delay_ms is 499, expected at most 498, the longest wait of the controller"},
+                "enable_delay_ms is 499, expected at most 498, the time for which the controller waits"},
         Refusal{"UnknownReference", of_y("drive_output.reference", "\"floating\""),
                 "reference is \"floating\""},
         Refusal{"UnknownKey", of_y("volts_per_um", "1.0"), "unknown key"}),

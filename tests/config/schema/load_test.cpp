@@ -174,7 +174,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"UnitsAgainstTheDbc", "piezo.toml", "dbc               = \"hystcan.dbc\"",
                  "dbc = \"galfenol.dbc\"", "has the unit \"A\""},
         BadInput{"DriveShortOfTheThreshold", "piezo.toml", "drive_max_V        = 100.0", "drive_max_V = 90.0",
-                 "the drive must reach the model's upper threshold"},
+                 "the drive must reach input_max, the upper threshold of the model"},
         BadInput{"DriveBeyondTheSignal", "piezo.toml", "drive_max_V        = 100.0", "drive_max_V = 1e5",
                  "does not fit signal Setpoint"},
         BadInput{"SafeDriveOutOfRange", "piezo.toml", "safe_drive_V       = 0.0", "safe_drive_V = -5.0",

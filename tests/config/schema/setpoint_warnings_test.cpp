@@ -67,9 +67,11 @@ TEST(SetpointWarnings, NameADriveRangeFarBeyondModelAndTwin) {
   const auto found = warnings("piezo.toml", {{"axis[0].control.drive_max_V", "1000.0"}});
   ASSERT_GE(found.size(), 2u);
   EXPECT_EQ(found[0],
-            "axis x: the drive range, 0 to 1000 V, extends far beyond the model's range, 0 to 100 V");
+            "axis x: the drive range, 0 to 1000 V, extends far beyond the model's range, 0 to 100 V: check "
+            "drive_min and drive_max");
   EXPECT_EQ(found[1],
-            "axis x: the drive range, 0 to 1000 V, extends far beyond the twin's range, -20 to 120 V");
+            "axis x: the drive range, 0 to 1000 V, extends far beyond the twin's range, -20 to 120 V: check "
+            "drive_min and drive_max");
 }
 
 TEST(SetpointWarnings, NameAReferenceBeyondTheReachOfTheModel) {
