@@ -239,16 +239,22 @@ void TomlEdit::comment_out(const std::string& path) {
   if (!place.is_complete()) return;
   const toml::node& node = place.deepest();
   if (place.within_inline || place.nodes.size() < 2 || is_index(place.parts.back()))
-    fail(node.source(), fmt::format("{} is in a list or an inline table, expected a line of its own", path));
+    fail(node.source(),
+         fmt::format("{} cannot be commented out in a list or inline table, expected a line of its own",
+                     path));
   if (node.is_array() && has_header(node))
-    fail(node.source(), fmt::format("{} is a list of tables, expected a key or a table", path));
+    fail(node.source(),
+         fmt::format("{} cannot be commented out, because it is a list of tables, expected a key or a table",
+                     path));
   std::size_t first = node.source().begin.line, last = node.source().end.line;
   if (node.is_table() && !node.as_table()->is_inline()) {
     const OwnLines own =
         own_lines_of(*node.as_table(), [this](const toml::node& of) { return has_header(of); });
     if (own.has_tables || !has_header(node))
-      fail(node.source(), fmt::format("{} has tables or dotted keys, expected [{}] with plain keys", path,
-                                      place.header(place.parts.size())));
+      fail(node.source(),
+           fmt::format(
+               "{} cannot be commented out with its tables or dotted keys, expected [{}] with plain keys",
+               path, place.header(place.parts.size())));
     last = own.last;
   }
   std::string text = text_;

@@ -235,7 +235,7 @@ class RowLoader {
     dataset.output.push_back(output_scale_ * row[first + 1]);
     for (const double value : {time_s, dataset.input.back(), dataset.output.back()})
       if (!(std::abs(value) <= identification::largest_value))
-        fail(fmt::format("a value is {}, expected at most {} in magnitude{}", value,
+        fail(fmt::format("a time, input or output is {}, expected at most {} in magnitude{}", value,
                          identification::largest_value,
                          value == time_s ? fmt::format(": {}", without_time()) : ""));
     if (!columns_.has_output_time) return;
