@@ -19,7 +19,7 @@ void visit(V& v, node::CardChannel& place) {
   v.optional("subdevice", place.subdevice, subdevice_range, {"number of the subdevice of comedi"});
   v.required("channel", place.channel, channel_range, {"number of the channel"});
   v.optional("range", place.range, any, {"range of the converter: `0..10 V`", "first range of the channel"});
-  v.optional("reference", place.reference, any, {"reference potential of the voltage measurement"});
+  v.optional("reference", place.reference, any, {"reference potential of the channel's voltage"});
 }
 
 template <class V>

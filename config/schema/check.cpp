@@ -97,8 +97,8 @@ class AxisCheck : Checked {
     if (const auto& creep = axis_.twin.plant.creep; creep && creep->to_s <= creep->from_s)
       fail(creep->to_s, "to_s is {}, expected more than from_s, {}", creep->to_s, creep->from_s);
     if (const auto& t = axis_.twin.plant.temperature; t && std::abs(t->swing_K * t->gain_per_K) >= 1.0)
-      fail(t->gain_per_K, "gain_per_K is {}, expected less than 1 / swing_K, {:g}", t->gain_per_K,
-           1.0 / t->swing_K);
+      fail(t->gain_per_K, "gain_per_K is {}, expected a magnitude of less than 1 / swing_K, {:g}",
+           t->gain_per_K, 1.0 / t->swing_K);
   }
 
   void check_setpoint() const {

@@ -219,7 +219,7 @@ void visit(V& v, controller::Learning::Config& l) {
   v.optional("forget_percent", l.forget_percent, {.lo = 0.0, .hi = 50.0, .lo_excluded = true},
              {"share of the correction that is dropped in one period"});
   v.optional("resonance_percent", l.resonance_percent, {.lo = 0.0, .hi = 50.0},
-             {"largest deviation of the resonance from `resonance_Hz` at which the error still decays"});
+             {"largest deviation of the resonance from `resonance_Hz` at which learning converges"});
   v.optional("frozen", l.frozen, any, {"keeps the learnt correction and stops learning"});
 }
 
@@ -282,7 +282,7 @@ void visit_control(V& v, AxisConfig& axis) {
   v.required("drive_max_" + unit, c.gate.drive_max, any,
              {"highest drive in a command, at least `input_max` of the model (its upper threshold)"});
   v.required("safe_drive_" + unit, c.gate.safe_drive, any,
-             {"drive of the safe command, which also disables the amplifier", {}, Effect::after_restart});
+             {"drive of the safe command (Enable 0), for example after a fault", {}, Effect::after_restart});
   v.required("slew_" + unit + "_per_s", c.gate.slew_per_s, positive, {"maximum rate of change of the drive"});
   v.optional("start_up", c.start_up, any,
              {"how the controller gets the actuator's memory at the start", {}, Effect::at_next_start});

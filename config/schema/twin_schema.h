@@ -117,7 +117,7 @@ void visit(V& v, twin::Temperature& temperature) {
   v.required("expansion_um_per_K", temperature.expansion_um_per_K, any,
              {"change of the position per kelvin by thermal expansion"});
   v.required("gain_per_K", temperature.gain_per_K, any,
-             {"relative change of the stroke per kelvin, less than 1 / `swing_K`"});
+             {"relative change of the stroke per kelvin; its magnitude must be less than 1 / `swing_K`"});
 }
 
 /// Lists the keys of [axis.twin], which describe the simulated axis.

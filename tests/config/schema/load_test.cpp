@@ -224,7 +224,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadInput{"TemperatureThatTurnsTheStrokeRound", "piezo.toml", "[axis.twin]",
                  "[axis.twin.temperature]\nswing_K = 20.0\nperiod_s = 60.0\nexpansion_um_per_K = 0.1\n"
                  "gain_per_K = -0.05\n[axis.twin]",
-                 "gain_per_K is -0.05, expected less than 1 / swing_K, 0.05"},
+                 "gain_per_K is -0.05, expected a magnitude of less than 1 / swing_K, 0.05"},
         BadInput{"TwinCoupledToItself", "piezo.toml", "[axis.twin]",
                  "[[axis.twin.coupling]]\nfrom = \"x\"\num_per_um = 0.01\n[axis.twin]",
                  "from is \"x\", expected the name of another axis"},
