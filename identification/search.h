@@ -1,10 +1,10 @@
 // Searches for those parameters of a model on which the output depends nonlinearly.
 //
-// k_ascending and k_descending are always searched. Other unknowns are added one by one: initial memory,
-// delay, creep, one gain per dataset, and thresholds beyond the observed inputs. An unknown is added only if
-// it lowers the error, and also the error of held-out samples. The order of the curves is the lowest order
-// whose held-out error is close to the smallest one. Splines replace polynomials if their held-out error is
-// clearly smaller.
+// The convergence rates k_ascending and k_descending (for rising and falling branches) are always searched.
+// Other unknowns are added one by one: initial memory, delay, creep, one gain per dataset, and thresholds
+// beyond the observed inputs. An unknown is added only if it lowers the error, and also the error of held-out
+// samples. The order of the curves is the lowest order whose held-out error is close to the smallest one.
+// Splines replace polynomials if their held-out error is clearly smaller.
 #pragma once
 
 #include <array>
@@ -72,16 +72,18 @@ struct IdentifyOptions {
   /// Called during the search. If it returns false, the search stops with the best result so far. Empty:
   /// never stops.
   std::function<bool()> go_on;
-  /// For each dataset, a flag for each sample. If it is true, the fit does not use the output of the sample,
-  /// but the path includes its input. Empty: the fit uses all samples.
+  /// For each dataset, a flag for each sample. If it is true, the fit does not use the output of the sample.
+  /// It still uses the input, because the hysteresis remembers every input. Empty: the fit uses all samples.
   std::vector<std::vector<bool>> unseen;
-  /// Number of datasets, at the end of the list, that are never held out.
+  /// Number of datasets, at the end of the list, that are part of every fit and are never held out to test a
+  /// model. Example: the loops of an old model, which are not measurements.
   std::size_t never_held_out = 0;
 };
 
 struct SearchResult : ShapeScore {
   Trial trial;
-  /// True: k_ascending and k_descending are equal, because the datasets do not distinguish them.
+  /// True: rising and falling branches have the same convergence rate (k_ascending = k_descending), because
+  /// the datasets are not sufficient to distinguish two rates.
   bool one_k = false;
   std::vector<Step> steps;
   /// Unknowns that lower the error, but not the held-out error; they were not added.
@@ -90,9 +92,9 @@ struct SearchResult : ShapeScore {
   std::vector<ShapeScore> shapes;
 };
 
-/// Searches for the model with the smallest error. `finer` is the same problem with more samples; the last
-/// steps use it. `options.go_on` must not be empty. Throws std::invalid_argument if no trial has a finite
-/// error.
+/// Searches for the model with the smallest error. `finer` is the same problem with more samples; the search
+/// uses it to refine all unknowns at the end. `options.go_on` must not be empty. Throws std::invalid_argument
+/// if no trial has a finite error.
 SearchResult search(const Problem& problem, const Problem& finer, const IdentifyOptions& options);
 
 }  // namespace hystcan::identification

@@ -26,8 +26,8 @@ class TrialCost {
   /// not below `limit`, the result may also be infinity.
   double operator()(const Trial& trial, double limit = infinite_cost);
 
-  /// Returns the values of k times span with which a search starts: the values `k_spans`, and also larger
-  /// values if the curves are steep.
+  /// Returns the start values of a search for k times the distance of the thresholds (k: convergence rate).
+  /// These are the values `k_spans`, and also larger values if the curves are steep.
   std::vector<double> paces(std::vector<double> k_spans) const;
 
   const Problem& problem() const { return problem_; }
@@ -40,8 +40,9 @@ class TrialCost {
   const Problem& problem_;
   const IdentifyOptions& options_;
   std::optional<SeparableFit> fit_;
-  /// Factor by which k may exceed its usual maximum. It is greater than 1 if a piece of the spline is short,
-  /// because the output is steep there: a loop inside this piece needs a large k.
+  /// Factor by which the convergence rate k may exceed its usual maximum (SearchCriteria::widest_k_span). It
+  /// is greater than 1 if a piece of the spline is short, because the output is steep there: a loop inside
+  /// this piece needs a large k.
   double steepness_ = 1.0;
 };
 

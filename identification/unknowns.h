@@ -25,16 +25,19 @@ Eigen::VectorXd numbers_of(const std::vector<Unknown>& unknowns, double Unknown:
 /// Returns the trial after each unknown got its element of `values`.
 Trial moved_to(const Eigen::VectorXd& values, const std::vector<Unknown>& unknowns, Trial trial);
 
-/// Returns the two unknowns k_ascending and k_descending, starting at their values in the trial.
+/// Returns two unknowns: the convergence rates of rising and of falling branches (k_ascending, k_descending).
+/// They start at their values in the trial.
 std::vector<Unknown> both_k(const Trial& trial);
 /// Returns the bias of a dataset's initial memory (InitialMemory::bias) as an unknown that starts at `start`.
 Unknown bias_of(std::size_t dataset, double start);
-/// Returns the delay as an unknown. Its unit is `unit_s`, and it starts at one unit.
+/// Returns the delay as an unknown. The value of this unknown is the delay divided by `unit_s`; it starts at
+/// 1.
 Unknown delay_of(double unit_s);
 /// Returns the gain of a dataset, relative to the first dataset, as an unknown that starts at the gain
 /// `start`.
 Unknown gain_of(std::size_t dataset, double start);
-/// Returns the unknowns that a search can still add to those in `used`.
+/// Returns the unknowns that a search may add to the unknowns `used`: initial memories, thresholds, gains,
+/// delay and creep. Leaves out those that `options` or `problem` fixes.
 std::vector<Unknown> candidates(const Trial& trial, const std::vector<Unknown>& used, const Problem& problem,
                                 const IdentifyOptions& options);
 
