@@ -14,7 +14,8 @@ namespace {
 
 using model::Direction;
 
-// Number of grid points at which the curves are checked, for each grid step in the check of the branches.
+// The curves are checked on a finer grid than the branches: at this number of points for each grid step of
+// the branches (ValidCurves::scan_steps_).
 constexpr Eigen::Index points_per_step = 8;
 // Number of conditions at each grid point: the slope of the rising curve, the slope of the falling curve, and
 // the gap between the curves must be positive.
@@ -33,8 +34,9 @@ constexpr double nearly = 0.9;
 // sum of squared outputs.
 constexpr double cancellation = 1e-12;
 
-// Least squares for theta with the inequalities row . theta >= bound. With the triangle R of the normal
-// equations, H = R'R, and their right side g, the problem is to find the shortest vector z:
+// Least squares for theta, the coefficients of the curves, with the inequalities row . theta >= bound.
+// Without the inequalities, theta would be the solution of the normal equations H theta = g. R is the upper
+// triangular matrix with H = R'R. The problem is to find the shortest vector z:
 //
 //   R theta = R'^-1 g + z,   |z| as short as the inequalities allow
 class WithinRows {
@@ -44,8 +46,8 @@ class WithinRows {
         free_(cholesky_.matrixL().solve(system.g)),
         shortest_(system.g.size()) {}
   Eigen::VectorXd theta() const { return cholesky_.matrixU().solve(free_ + shortest_.z()); }
-  /// Adds an inequality. Returns false if no theta satisfies this inequality and the former ones, to
-  /// rounding.
+  /// Adds the inequality row . theta >= bound. Returns false if it contradicts the former inequalities: no
+  /// theta satisfies all of them, within rounding errors.
   bool meet(const Eigen::VectorXd& row, double bound) {
     const Eigen::VectorXd g = cholesky_.matrixL().solve(row);
     return shortest_.meet(g, bound - g.dot(free_));
@@ -64,9 +66,10 @@ struct Bound {
   double least;
 };
 
-// Returns the best theta that satisfies the inequalities. In each round, the inequality that is violated
-// most, relative to its bound, becomes active. This increases the residual and may make other inequalities
-// inactive. Stops when the residual exceeds the limit; theta then may satisfy only some of the inequalities.
+// Returns the coefficients theta of the curves with the smallest sum of squared errors that satisfy the
+// inequalities `bounds`. In each round, the inequality with the smallest quotient row . theta / least becomes
+// active. This increases the errors and may make other inequalities inactive. Stops when the sum of squared
+// errors exceeds `largest_square`; theta then may satisfy only some of the inequalities.
 Eigen::VectorXd best_with(const std::vector<Bound>& bounds, WithinRows& least_squares,
                           const NormalEquations& system, double largest_square) {
   for (std::size_t exchanges = 10 * (bounds.size() + 1); exchanges > 0; --exchanges) {
@@ -133,9 +136,10 @@ void ValidCurves::add_cuts(std::vector<model::DecreasingBranch> branches) {
   }
 }
 
-// Returns the row whose product with theta is the slope of a decreasing branch, at the input where this slope
-// is lowest. The path to this branch begins at the threshold from which the scan of model/validity.h found
-// the branch.
+// Returns a row vector for a decreasing branch. Its product with theta (the coefficients of the curves) is
+// the slope of this branch, at the input where the slope is lowest. The slope depends on the turning points
+// before the branch. They are the same as in model/validity.h, which found the branch by a scan from one of
+// the two thresholds.
 Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pace& pace) const {
   const model::Interval& thresholds = basis_.thresholds();
   const auto input = [&](double spans) {
@@ -155,9 +159,10 @@ Eigen::VectorXd ValidCurves::row_of(const model::DecreasingBranch& cut, const Pa
   return BranchRows(path, basis_, pace).slope(path.branches[last], last, input(cut.input));
 }
 
-// Returns 0 if theta is valid. If a curve decreases or the curves cross, returns the steepest decrease, as a
-// multiple of the mean slope. Otherwise scans the branches, adds all decreasing branches to cuts_, and
-// returns their steepest decrease.
+// Checks the curves with the coefficients theta. If a curve decreases or the curves cross (`lowest` is
+// negative), returns the steepest decrease of the output, as a multiple of the mean slope. Otherwise checks
+// all branches and adds the decreasing ones to cuts_. Returns their steepest decrease, or 0 if all branches
+// increase.
 double ValidCurves::violation(const Eigen::VectorXd& theta, double lowest, const Pace& pace,
                               double mean_slope) {
   if (lowest < 0.0) return -lowest / (mean_slope * basis_.thresholds().span());
@@ -168,16 +173,18 @@ double ValidCurves::violation(const Eigen::VectorXd& theta, double lowest, const
   return steepest;
 }
 
-// Separates two curves that cross, by adding a pair of curves with a positive gap to theta. Mixing with a
-// straight line, which has no gap, cannot separate them.
+// Separates two curves that cross. For this purpose it adds a pair of curves with a positive gap,
+// CurveBasis::open(), to the curves with the coefficients theta. mix_with_line() cannot separate curves,
+// because a straight line has no gap.
 void ValidCurves::separate_curves(Eigen::VectorXd& theta, double bound) const {
   const double gap = (curves_.bottomRows(points_) * theta).minCoeff();
   if (gap < 0.0) theta += (bound - gap) * basis_.open();
 }
 
-// Makes all slopes valid by mixing theta with a model without a loop, whose two curves are the same straight
-// line. The slopes are linear in theta, and the line has the same slope everywhere. The share of the line
-// depends on the violation.
+// Makes decreasing curves and branches increase. For this purpose it moves theta, the coefficients of the
+// curves, towards the coefficients of a model without a loop, whose two curves are the same rising straight
+// line. Every slope then moves towards the slope of this line. The move is larger if `violation`, the
+// steepest decrease, is larger.
 void ValidCurves::mix_with_line(Eigen::VectorXd& theta, double violation, const NormalEquations& system,
                                 double least_rise) const {
   Eigen::MatrixXd lines(theta.size(), 2);
