@@ -6,8 +6,9 @@
 namespace hystcan::identification {
 namespace {
 
-// Share of its weight that a held-out record keeps. Without this share, parts of the curves that only this
-// record determines would be arbitrary and would count against the model.
+// A held-out record remains in the fit with this share of its weight. If it were left out completely, no
+// sample would determine those parts of the curves that only this record reaches. These parts would be
+// arbitrary, and their errors would count against the model.
 constexpr double kept_of_a_record = 0.01;
 
 bool same_path(const Trial& a, const Trial& b) {
@@ -38,8 +39,8 @@ NormalEquations sum_of(const std::vector<NormalEquations>& folds) {
   return all;
 }
 
-// Returns a result with an infinite error, for a k that is so negative that the fit contains infinite
-// numbers.
+// Returns a result with an infinite error: for a fit above the error limit, or for a convergence rate k that
+// is so negative that the fit contains infinite numbers.
 Fitted not_fitted() {
   Fitted fitted;
   fitted.rms = std::numeric_limits<double>::infinity();
@@ -77,8 +78,8 @@ void SeparableFit::prepare(const Trial& trial) {
   prepared_ = trial;
 }
 
-// Returns the normal equations of each fold. The unknowns are theta, the regressors, then offset and drift of
-// each dataset.
+// Returns the normal equations of each fold. Their unknowns are, in this order: the coefficients theta of the
+// curves, the coefficients of the regressors, then offset and drift of each dataset.
 std::vector<NormalEquations> SeparableFit::systems(const Trial& trial) {
   prepare(trial);
   const Eigen::Index n = shared_unknowns();
@@ -154,9 +155,10 @@ std::vector<LeftOut> SeparableFit::left_out(const Trial& trial) {
   return parts;
 }
 
-// Returns the errors of a fold, predicted with the unknowns `shared`. The offset of the fold does not count
-// as an error. The first dataset has no unknown offset. A constant that is added to the curves therefore does
-// not count as an error either.
+// Returns the errors of a fold, predicted by a fit to the other folds. `shared`: the coefficients of the
+// curves and of the regressors in this fit. Offset and drift of the fold do not count as errors. The first
+// dataset has no unknown offset: its offset is the constant part of the curves. If offsets are fitted, an
+// error in this constant part therefore does not count either.
 LeftOut SeparableFit::judged(const NormalEquations& fold, const Eigen::VectorXd& shared) const {
   NormalEquations own = Eliminated(fold, shared_unknowns()).rest();
   if (std::ranges::any_of(problem_.nuisances, &Nuisances::offset)) {

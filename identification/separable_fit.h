@@ -36,10 +36,10 @@ struct Trial {
   double gain(std::size_t dataset) const { return gains.empty() ? 1.0 : gains[dataset]; }
 };
 
-/// Maximum creep per decade in a search. The limit in model/output_creep.h is 1/6 for the lags of a search:
-/// half of the output would then arrive late.
+/// Maximum creep per decade in a search. The search uses the default time constants of model/output_creep.h.
+/// For them, the limit in that file is 1/6: half of the output then arrives late.
 inline constexpr double most_creep_per_decade = 0.16;
-/// Returns a creep with the lags of a search; returns `nullopt` if `per_decade` is zero.
+/// Returns a creep with the default time constants of model/output_creep.h; `nullopt` if `per_decade` is 0.
 std::optional<model::OutputCreep::Config> creep_of(double per_decade);
 
 inline constexpr int highest_order = 20;
@@ -51,12 +51,14 @@ struct Problem {
   std::vector<Nuisances> nuisances;
   Eigen::Index regressors = 0;  ///< number of regressors in each dataset
   int folds = 1;
-  /// True: each fold except fold 0 contains samples of a single dataset (records_as_folds()).
+  /// True: each fold contains samples of a single dataset (records_as_folds()). Fold 0 is the exception: it
+  /// contains all samples that are never held out, from all datasets.
   bool whole_excerpts = false;
-  model::Interval observed;  ///< range of all inputs, folded if symmetry is even
+  model::Interval observed;  ///< range of all inputs; of their magnitudes if symmetry is even
   model::Symmetry symmetry = model::Symmetry::none;
   double output_span = 1.0;
-  // The following limits depend on how much the samples can determine.
+  // The maximum order of a polynomial and the maximum number of pieces of a spline. Both are smaller if there
+  // are few samples, because few samples cannot determine many coefficients.
   int highest_order = identification::highest_order;
   int most_pieces = 0;  ///< maximum number of pieces of a spline; 0: no splines
   /// Returns the knots of a spline; the argument is the number of its pieces.
@@ -68,7 +70,7 @@ struct Problem {
 
 struct Fitted {
   model::HysteresisParameters parameters;  ///< parameters of the model; the units are empty
-  /// RMS error over the kept samples of all datasets, output units; may be infinite.
+  /// RMS error over all samples that the fit used, output units; may be infinite.
   double rms = 0.0;
   /// True if all curves and branches increase, so that the model has an inverse.
   bool valid = false;
@@ -96,13 +98,14 @@ class SeparableFit {
   static constexpr std::size_t coarse_scan = 50, fine_scan = 200;
   SeparableFit(const Problem& problem, CurveShape shape, std::size_t scan_steps);
 
-  /// Returns the best curves with the k of the trial that make an invertible model (valid_curves.h). If the
-  /// RMS error is above `limit`, it may be returned as infinite.
+  /// Returns the best curves of an invertible model (valid_curves.h) with the convergence rates k of the
+  /// trial. If the RMS error is above `limit`, the result may have an infinite RMS error instead.
   Fitted fit(const Trial& trial, double limit = std::numeric_limits<double>::infinity());
 
-  /// Predicts each fold except fold 0 by a fit to the other folds. Each fold has its own offset and drift. If
-  /// a fold is a whole dataset, its gain is the mean gain of the other datasets. Empty if a k is so negative
-  /// that the fit contains infinite numbers.
+  /// Returns how well each fold is predicted by a fit to the other folds. Fold 0 is a part of every fit and
+  /// is not predicted. Each fold has its own offset and drift. If a fold is a whole dataset, its gain is the
+  /// mean gain of the other datasets. The result is empty if a convergence rate k is so negative that the fit
+  /// contains infinite numbers.
   std::vector<LeftOut> left_out(const Trial& trial);
   /// Returns the RMS error over all folds of left_out(). Returns infinity if left_out() is empty, and
   /// `nullopt` if nothing is held out.
