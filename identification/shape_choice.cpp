@@ -13,8 +13,8 @@ namespace {
 
 constexpr std::size_t most_cells = 400;
 
-// Returns the borders of cells that contain about the same number of inputs. The first and the last border
-// are the ends of the range.
+// Divides the input range into cells (intervals of the input) that contain about the same number of samples.
+// Returns the borders of the cells; the first and the last border are the ends of the range.
 std::vector<double> quantiles(const std::vector<Dataset>& datasets, model::Interval observed) {
   std::vector<double> inputs;
   for (const Dataset& dataset : datasets)
@@ -30,8 +30,8 @@ std::vector<double> quantiles(const std::vector<Dataset>& datasets, model::Inter
   return borders;
 }
 
-// Adds `amount` to the cells between the inputs a and b. Each cell gets a share in proportion to its part of
-// the interval.
+// Distributes `amount` over the cells (intervals of the input) between the inputs a and b. Each cell gets a
+// share in proportion to the length that it has in common with the interval from a to b.
 void spread(const std::vector<double>& borders, double a, double b, double amount,
             std::vector<double>& cells) {
   const auto [lo, hi] = std::minmax(a, b);
@@ -42,8 +42,8 @@ void spread(const std::vector<double>& borders, double a, double b, double amoun
   }
 }
 
-// Returns the mean change of the output across each cell. Rising and falling inputs are combined, so that
-// noise cancels.
+// Returns the mean change of the output across each cell (interval of the input). Rising and falling inputs
+// are combined, so that noise cancels.
 std::vector<double> output_ways(const std::vector<Dataset>& datasets, const std::vector<double>& borders) {
   std::vector<double> rise(borders.size() - 1, 0.0), run = rise;
   for (const Dataset& dataset : datasets)
@@ -62,8 +62,8 @@ struct Sample {
   double input, output, weight;
 };
 
-// Returns blocks of samples with increasing outputs. Merges neighbours whose mean outputs fall, until none
-// fall.
+// Sorts the samples by input and combines them into blocks, so that the mean output increases from block to
+// block. Two neighbouring blocks are merged if the mean output does not increase between them.
 std::vector<Sample> pooled(std::vector<Sample> samples) {
   std::ranges::sort(samples, {}, &Sample::input);
   std::vector<Sample> blocks;

@@ -19,8 +19,8 @@ std::function<std::vector<double>(int)> knot_places(const std::vector<Dataset>& 
 /// Returns the mean output as a function of the input, without hysteresis. It is the mean of two functions,
 /// for rising and for falling inputs. Each of them is the closest function that never falls (isotonic
 /// regression by pooling adjacent violators; R. Barlow, D. Bartholomew, J. Bremner, H. Brunk, "Statistical
-/// Inference under Order Restrictions", 1972). The samples are those of the problem, with the delay, creep
-/// and gains of the trial, and without `offsets`.
+/// Inference under Order Restrictions", 1972). The samples are those of `problem`, after correction for the
+/// delay, creep and gains of `trial` and for `offsets`, one offset for each dataset.
 std::function<double(double)> mean_course(const Problem& problem, const Trial& trial,
                                           const std::vector<double>& offsets);
 

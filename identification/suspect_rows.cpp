@@ -246,8 +246,9 @@ bool has_same_rows(const Dataset& a, const Dataset& b) {
   const auto elapsed_s = [](const Dataset& of, std::size_t from, std::size_t to) {
     return of.time_s[to] - of.time_s[from];
   };
-  // Compares the row with the highest input first. If the start row `first` is wrong, this row usually
-  // differs. The first rows are not suitable, because many records begin at rest.
+  // Tries each row `first` of the longer dataset as the start of the shorter dataset. Compares the row with
+  // the highest input of the shorter dataset before all other rows, because at a wrong start its input
+  // usually differs. The first rows would not show a wrong start, because many records begin at rest.
   const auto highest =
       static_cast<std::size_t>(std::ranges::max_element(shorter.input) - shorter.input.begin());
   for (std::size_t first = 0; first + shorter.size() <= longer.size(); ++first) {

@@ -22,13 +22,14 @@ struct SuspectRow {
 /// (a Hampel filter). The distance of a row from this median must exceed all of these limits:
 ///
 ///   20 times the noise, and 2 % of the range
-///   10 times the upper quartile of the steps from row to row around it
+///   10 times the upper quartile of the steps from row to row within the 17 rows
 ///   3 times the fourth largest step from row to row elsewhere in the record
-///   for an output: 10 times the average effect of the largest step of the input around it
+///   for an output: 10 times the average effect of the largest step of the input within the 17 rows
 ///
 /// If the inputs have more than three such runs, and more than two in a thousand rows, these are pulses of
-/// the excitation. Then no row is suspect. The drive may also begin or end with a jump. Such an input is
-/// suspect only if it is outside the range of the other inputs and the output does not follow.
+/// the excitation. Then no row is suspect. The drive may also begin or end with a jump. Therefore an input in
+/// the first or last rows of the record is suspect only if it is outside the range of the other inputs and
+/// the output does not follow it.
 std::vector<SuspectRow> suspect_rows(const Dataset& dataset);
 
 /// A sensor at the end of its range: the output has exactly its extreme value while the input moves.
@@ -38,11 +39,12 @@ struct SensorEnd {
   std::size_t rows = 0;
 };
 
-/// Finds stretches of rows in which the output has exactly its extreme value, while the input travels 5 % of
-/// its range or more. The three largest steps of the input do not count: if the stage has a delay, its output
-/// stays constant for some rows after the drive has jumped. Beside the stretch, the slope of the output must
-/// be at least three tenths of its mean slope: the output of a saturated material would bend smoothly
-/// instead. Empty if less than 1 % of the rows are in such stretches.
+/// Finds out whether the sensor was at the lower or the upper end of its range. At such an end, the output
+/// has exactly its extreme value in consecutive rows, while the input travels 5 % of its range or more. The
+/// three largest steps of the input do not count: if the stage has a delay, its output stays constant for
+/// some rows after the drive has jumped. Immediately before or after these rows, the output must have a slope
+/// of more than three tenths of its mean slope in the record. The output of a saturated material would bend
+/// smoothly instead. An end is returned only if more than 1 % of all rows are at this end.
 std::vector<SensorEnd> sensor_ends(const Dataset& dataset);
 
 /// Returns the dataset without the suspect rows. Its weights, folds and regressors are empty.
