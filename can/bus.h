@@ -114,7 +114,8 @@ class Bus {
 /// pass, and perhaps others: it must check the identifier of each received frame.
 using Attach = std::function<std::unique_ptr<Bus>(std::span<const Filter> filters)>;
 
-// The Linux rule for the names of network interfaces.
+// In Linux, the name of a network interface has 1 to 15 characters without spaces, '/' and ':'. The names "."
+// and ".." are not allowed.
 
 inline constexpr std::string_view expected_interface_name =
     "the name of an interface: 1 to 15 characters without spaces, / and :";

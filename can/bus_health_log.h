@@ -75,9 +75,10 @@ class BusHealthLog {
  private:
   void write(const BusReport& report);
 
-  static constexpr std::size_t logged_troubles = 8;  ///< the first 8 of bus_troubles(); the others count
-                                                     ///< changes of state, which have their own lines, and
-                                                     ///< error frames, whose causes are among the first 8
+  /// The log has lines for the first 8 counters of bus_troubles() only. The other counters would repeat other
+  /// lines: they count changes of state, which have their own lines, and error frames, whose causes are
+  /// counted by the first 8.
+  static constexpr std::size_t logged_troubles = 8;
   static constexpr std::size_t state_count = 5;
 
   struct Ring;  // keeps Boost's headers out of this header

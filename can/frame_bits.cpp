@@ -81,8 +81,9 @@ struct Header {
   unsigned length;
 
   unsigned bytes() const { return (length + 7) / 8; }
-  /// Returns alternating bits above the header bits. They fill the unused high bits of the header's first
-  /// byte. The caller uses only whole bytes of the header, so that it ignores all higher bits.
+  /// Returns alternating bits at the positions above the highest header bit. The header is processed in whole
+  /// bytes, and these bits fill the unused high bits of its first byte. The caller does not use the bits
+  /// above this byte.
   std::uint64_t padding() const { return 0x55ULL << length; }
 };
 

@@ -118,8 +118,9 @@ bool Reader::section() {
   return stray();
 }
 
-/// Reads one section. Skips a malformed comment (CM_) or a malformed attribute definition (BA_DEF_) with a
-/// warning, except if it contains the name of a stored attribute. Throws ParseError for all other errors.
+/// Reads one section. Skips a malformed comment (CM_) or attribute definition (BA_DEF_) with a warning,
+/// except if it contains VFrameFormat or CANFD_BRS, which set the frame format. Throws ParseError for other
+/// errors.
 void Reader::read_section(std::string_view keyword, void (Reader::*read_one)()) {
   Cursor start = cursor_;
   try {
@@ -169,7 +170,7 @@ void Reader::note(std::string_view at, std::string what) {
     ++database_.further_warnings;
 }
 
-/// Counts the bytes of copies. Throws ParseError if a small file would make a large database.
+/// Counts one more copy of a section's content, in bytes. Throws ParseError above largest_copies in total.
 void Reader::count_copies(std::string_view at, std::size_t bytes) {
   copied_ += bytes;
   if (copied_ <= largest_copies) return;

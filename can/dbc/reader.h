@@ -144,7 +144,8 @@ class Reader {
   void set_frame_formats();
 
   // Functions for sections that apply to several objects. `act` is called for each object with the given
-  // identifier and name. `bytes`: the size of the copy that `act` makes for each object.
+  // identifier and name. It may store a copy of the content of the section in the object; `bytes` is the size
+  // of this copy. count_copies() limits the size of all copies together.
   void count_copies(std::string_view at, std::size_t bytes);
   template <class Do>
   void for_objects(const Subject& subject, std::size_t bytes, Do&& act);
@@ -158,7 +159,8 @@ class Reader {
   std::vector<Warning> warnings_;
   std::vector<MessageText> texts_;                 ///< names of each message in database_.messages
   bool in_message_ = false;                        ///< true while signal lines (SG_) may follow
-  bool in_left_out_ = false;                       ///< true while signal lines belong to message left_out_
+  bool in_left_out_ = false;                       ///< true while the signal lines (SG_) of Vector's
+                                                   ///< pseudo-message are read; they are not stored
   std::optional<std::uint64_t> left_out_;          ///< identifier of Vector's pseudo-message, which has no
                                                    ///< frame and is not stored
   std::vector<std::function<void()>> details_;     ///< functions that run after the last line; each

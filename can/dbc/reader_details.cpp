@@ -234,8 +234,9 @@ void Reader::attribute_default() {
   });
 }
 
-/// Reads the value of an attribute (BA_). In the file, a name of more than 32 characters is shortened; an
-/// attribute of the object, such as SystemSignalLongSymbol, has the whole name.
+/// Reads the value of an attribute (BA_) of an object. If the name of a node, message or signal has more than
+/// 32 characters, a DBC contains a short name instead. An attribute of this object, for example
+/// SystemSignalLongSymbol of a signal, then contains the long name.
 void Reader::attribute() {
   const std::string_view name = cursor_.need_quoted(attribute_name, longest_name);
   const Subject of = subject();
@@ -342,8 +343,10 @@ void Reader::note_repeated_long_names() {
   }
 }
 
-/// Sets the frame format of each message (CAN or CAN FD) from its attribute VFrameFormat. Without this
-/// attribute, the default of VFrameFormat applies; without a default, the message length.
+/// Sets the frame format of each message (CAN or CAN FD) from its attribute VFrameFormat. If the message does
+/// not have this attribute, the default of VFrameFormat applies. If the DBC has no default either, a message
+/// of 9 to 64 bytes is CAN FD and all others are CAN. Sets the bit-rate switch of CAN FD messages from
+/// CANFD_BRS in the same way; if the DBC has no default, it is on.
 void Reader::set_frame_formats() {
   const auto by_default = [this](const char* name, auto meaning) -> std::optional<bool> {
     const auto defined = attributes_.find(name);

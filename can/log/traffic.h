@@ -61,7 +61,7 @@ class Traffic {
     std::uint64_t frames = 0;
     std::uint64_t intervals = 0;
     double mean_s = 0.0;
-    double squares_s2 = 0.0;  ///< sum of squared deviations from the mean (Welford)
+    double squares_s2 = 0.0;  ///< sum of squared deviations of the intervals from mean_s (Welford)
   };
 
   void add_error(const Frame& frame);

@@ -142,9 +142,9 @@ class Layout {
  public:
   static constexpr std::size_t field_count = std::tuple_size_v<decltype(Payload::fields())>;
 
-  /// `absent` has the decoded values of members for which the message has no signal. Throws
-  /// std::invalid_argument if a signal of the message is missing or its unit can't be converted. If
-  /// `drive_unit` is empty, no unit is converted.
+  /// `absent`: if the message has no signal for a member of Payload, decoding sets this member to its value
+  /// in `absent`. Throws std::invalid_argument if a signal of the message is missing or its unit can't be
+  /// converted. If `drive_unit` is empty, no unit is converted.
   Layout(const Message& message, const MessageMap& map, const std::string& drive_unit,
          const Payload& absent = {})
       : id_(message.id),
