@@ -28,7 +28,8 @@ class Spectrum {
   void break_off() { segment_.clear(); }
 
   std::size_t segments() const { return segments_; }
-  /// Returns the frequencies of the spectrum: rate/length, 2 rate/length, ..., rate/2.
+  /// Returns the frequencies of the spectrum: rate/length, 2 rate/length, ..., rate/2 (rate: sampling rate,
+  /// length: samples in a segment).
   std::vector<double> frequencies_Hz() const;
   /// Returns the amplitude spectral density at each of frequencies_Hz(), in signal units per sqrt(Hz). Empty
   /// if no segment is complete.

@@ -12,8 +12,9 @@
 //
 // HoldNoise is the RMS of y around its mean while the reference rests, over all levels. At each level,
 // HoldNoise uses the cycles since e entered the band; it discards them if e leaves the band. A level does not
-// count if fewer than a tenth of its cycles are used. Without this rule, a noise as large as the band would
-// be represented by its quietest part. If the band is 0, every cycle is used.
+// count if fewer than a tenth of its cycles are used. If levels with fewer cycles counted, the result for a
+// noise as large as the band would be too small: it would contain only the short times in which e happens to
+// stay inside the band. If the band is 0, every cycle is used.
 #pragma once
 
 #include <cstddef>
@@ -58,8 +59,9 @@ class StepResponse {
   /// Adds the sample of one cycle. `time_s` may start at any value. `at_rest`: the reference does not move in
   /// this cycle.
   void add(double time_s, double reference_um, double position_um, bool at_rest);
-  /// Ends the present step, because a transition moves the reference away from its path. The next move to a
-  /// level does not count as a step.
+  /// Ends the present step. Call it when the reference leaves its path, for example because the axis moves to
+  /// another position in a transition. The next level then has no former level, so that the move to it does
+  /// not count as a step.
   void leave();
 
   /// Returns the figures of all steps; the present step counts as if it ended now.
@@ -104,7 +106,9 @@ class HoldNoise {
   double level_um_ = 0.0;
   /// Mean position at the present level, and the sum of the squared distances from this mean.
   double mean_um_ = 0.0, sum_of_squares_ = 0.0;
-  double pooled_ = 0.0;  ///< sum of the squared distances at all earlier levels that count
+  /// Sum of the squared distances of the position from its mean at each earlier level. A level does not count
+  /// if fewer than a tenth of its cycles are used.
+  double pooled_ = 0.0;
   std::size_t samples_ = 0, pooled_samples_ = 0;
   std::size_t at_rest_ = 0;  ///< number of cycles in which the reference has rested at the present level
 };
