@@ -45,8 +45,9 @@ TrueErrors::TrueErrors(const twin::Config& config, twin::Twin& twin, const contr
   }
 }
 
-/// Stores the position of a plant at the end of a sub-step. If the plant combined several sub-steps into one
-/// long step, also stores the points in between, on a straight line.
+/// Stores the position of a plant (`own_um`) at the end of a sub-step. The plant may combine several
+/// sub-steps into one long step. For each sub-step in it, a position is then stored by linear interpolation,
+/// so that the statistics weight all times equally.
 void TrueErrors::take(Axis& axis, can::Time time, double own_um) {
   if (!axis.points.empty()) {
     const Point last = axis.points.back();

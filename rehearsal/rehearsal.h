@@ -44,13 +44,14 @@ class TrueErrors {
   /// Adds a cycle record of the controller. The caller adds all records, in the order of the cycles.
   void add(const controller::CycleRecord& record);
 
-  /// Returns the statistics of the true tracking error, one element per axis of the controller.
+  /// Returns the statistics of the tracking error of the stage's true position, without sensor errors. One
+  /// element per axis of the controller.
   std::vector<controller::TrackingStatistics> statistics() const;
 
  private:
   struct Cycle {
     can::Time begins;  ///< time at which the cycle's SYNC frame was complete on the bus
-    double time_s;     ///< time of the same SYNC on the controller's clock, s since the controller's start
+    double time_s;     ///< time of the cycle's SYNC frame on the controller's clock, s since its start
   };
   struct Point {
     can::Time time;
@@ -60,7 +61,9 @@ class TrueErrors {
     can::Duration substep;
     std::vector<model::Coupling> couplings;
     double start_um;
-    std::deque<Point> points;  ///< points that the statistics do not contain yet, and the point before them
+    /// Positions of the stage that the statistics do not contain yet, and the last position before them.
+    /// coupled_um() interpolates between these positions.
+    std::deque<Point> points;
     controller::TrackingStatistics statistics;
   };
 
@@ -117,8 +120,8 @@ class Rehearsal {
 /// The result of run_once(): every axis ran once through its reference.
 struct Outcome {
   std::vector<controller::AxisOutcome> axes;
-  /// Statistics of the true tracking error, one element for each axis of the controller. They count the times
-  /// at and between the samples (see class TrueErrors).
+  /// Statistics of the tracking error of the stage's true position, one element for each axis of the
+  /// controller. They contain the errors at the samples and between them (see class TrueErrors).
   std::vector<controller::TrackingStatistics> true_errors;
   double virtual_s = 0.0;
   double bus_load = 0.0;  ///< share of the time in which the bus is busy, 0 to 1
