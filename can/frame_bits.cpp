@@ -68,7 +68,7 @@ class StuffCounter {
     count_ += step.stuffed;
   }
   unsigned count() const { return count_; }
-  /// Returns true if a stuff bit follows the last added bit, which is `bit`.
+  /// Returns true if a stuff bit was inserted after the last added bit. `bit`: the value of this last bit.
   bool ends_stuffed(unsigned bit) const { return state_ / 4U != bit; }
 
  private:

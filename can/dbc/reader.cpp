@@ -119,8 +119,7 @@ bool Reader::section() {
 }
 
 /// Reads one section. Skips a malformed comment (CM_) or attribute definition (BA_DEF_) with a warning,
-/// except if it contains VFrameFormat or CANFD_BRS, which set the frame format. Throws ParseError for other
-/// errors.
+/// unless it has VFrameFormat or CANFD_BRS (frame format). Throws ParseError for all other errors.
 void Reader::read_section(std::string_view keyword, void (Reader::*read_one)()) {
   Cursor start = cursor_;
   try {
@@ -400,7 +399,7 @@ void Reader::find_switch(Message& message) {
   }
 }
 
-/// Warns about overlaps between signals that are always present and short enough to be decoded.
+/// Warns if signals overlap. Checks only signals of at most 64 bits that are present in every frame.
 void Reader::note_overlaps(const Message& message, const MessageText& text) {
   if (message.signals.size() < 2) return;
   std::vector<bool> taken(8U * std::size_t{message.length});
