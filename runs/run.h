@@ -1,5 +1,5 @@
 // Reads a recorded run. The run is a run's folder, one CSV of such a folder, or another CSV with one row per
-// control cycle (written by `controller --csv`, by `demo` or as a black box).
+// control cycle (written by `controller --csv`, by `demo`, or by the black box after a fault).
 //
 // If the program that recorded the run was killed, or is still recording, the run is read up to its last
 // complete line. notes() reports the incomplete line.
