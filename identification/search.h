@@ -43,9 +43,9 @@ constexpr auto words(CurveChoice) {
   return std::to_array<std::string_view>({"auto", "polynomial", "spline"});
 }
 
-/// The kind of output: `none` for no symmetry, `even` for x(v) = x(-v), or a butterfly with an output map.
-/// `automatic` decides this from the dataset. If the output passes a valley inside a swing of the input, it
-/// tries a butterfly and compares the held-out errors.
+/// The kind of output: `none` for no symmetry, `even` for x(v) = x(-v) (x: output, v: input), or a butterfly
+/// with an output map. `automatic` decides this from the dataset. If the output falls and rises again while
+/// the input moves in one direction, the search tries a butterfly and compares the held-out errors.
 enum class ShapeOfOutput { automatic, none, even, butterfly };
 constexpr auto words(ShapeOfOutput) {
   return std::to_array<std::string_view>({"auto", "none", "even", "butterfly"});

@@ -34,8 +34,9 @@ struct SearchCriteria {
   int first_order = 5;
   /// Maximum score of a shape that counts as better, relative to the smallest score so far.
   double better_shape = 0.98;
-  /// The search ends after this number of consecutive shapes that are not better. One such shape is not
-  /// enough, because the errors of curves of even and odd order differ.
+  /// The search for a shape ends after this number of consecutive shapes that are not better than the best
+  /// shape before them. One such shape is not enough, because the errors of curves of even and odd order
+  /// differ.
   int most_worse_shapes = 3;
   /// Maximum score (ShapeScore) of the selected shape, relative to the smallest score of all shapes. The
   /// first shape below this limit is selected. It has fewer coefficients than the best shape: for example,
@@ -70,7 +71,8 @@ struct SearchCriteria {
   /// Maximum of the convergence rate k times the distance of the thresholds, without a unit. A spline with a
   /// short piece may have a larger k (steep_part).
   double widest_k_span = 200.0;
-  /// Maximum distance of a threshold from the inputs, in input spans.
+  /// Maximum distance of a threshold of the model from the range of the observed inputs, divided by the
+  /// length of this range.
   double farthest_threshold = 3.0;
   /// A spline has short pieces where the output is steep, and loops inside such a piece need a large
   /// convergence rate k. If the shortest piece is shorter than this share of the input span, the maximum k is

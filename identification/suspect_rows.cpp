@@ -17,7 +17,8 @@ constexpr double many_times_noise = 20.0;
 constexpr double share_of_range = 0.02;
 constexpr double many_local_steps = 10.0;
 constexpr double many_usual_steps = 3.0;
-// Number of largest steps that do not count, because the drive may begin or end with a jump.
+// Number of the largest steps from row to row that do not count, because the drive may jump at the beginning
+// or the end of a record.
 constexpr std::size_t ignored_large_steps = 3;
 // If there are more runs of suspect inputs than this share of all rows, and more than `always_glitches`, they
 // are pulses of the excitation and not glitches.

@@ -17,8 +17,8 @@ class TrialCost {
  public:
   /// `options.go_on` must contain a function. `problem` and `options` must exist as long as the object.
   TrialCost(const Problem& problem, const IdentifyOptions& options) : problem_(problem), options_(options) {}
-  /// Begins to fit curves of another shape. Forgets the inequalities that were active in former fits
-  /// (valid_curves.h), because the last digits of later results depend on them.
+  /// Begins to fit curves of another shape. Discards the inequalities that were active in former fits
+  /// (valid_curves.h). With them, the last digits of a result would depend on these former fits.
   void use(const CurveShape& shape);
 
   /// Returns the cost of a trial: the RMS error of its best curves, output units, with a surcharge if they
