@@ -30,8 +30,7 @@ Trial moved_to(const Eigen::VectorXd& values, const std::vector<Unknown>& unknow
 std::vector<Unknown> both_k(const Trial& trial);
 /// Returns the bias of a dataset's initial memory (InitialMemory::bias) as an unknown that starts at `start`.
 Unknown bias_of(std::size_t dataset, double start);
-/// Returns the delay as an unknown. The value of this unknown is the delay divided by `unit_s`; it starts at
-/// 1.
+/// Returns the delay, divided by `unit_s`, as an unknown that starts at 1.
 Unknown delay_of(double unit_s);
 /// Returns the gain of a dataset, relative to the first dataset, as an unknown that starts at the gain
 /// `start`.
