@@ -8,24 +8,28 @@ namespace {
 
 // The error turns only if it moves back by more than this share of `amplitude_um`. A smaller motion is noise.
 constexpr double smallest_turn = 1.0 / 32.0;
-// A second condition for a turn: the error moves back by more than this share of the swing of the previous
-// two half-periods. If the error moves back by less, only the stage's mode rings while the drive rests.
+// The error turns only if it also moves back by more than this share of the larger swing of the previous two
+// half-periods. A smaller motion is the ringing of the stage's mode while the drive rests.
 constexpr double smallest_share = 1.0 / 8.0;
 constexpr std::size_t few = 4, many = 8;  // numbers of compared pairs of half-periods
-// An oscillation grows fast if, among the last `few` pairs, the newest swing is more than fast_growth times
-// the oldest swing. It grows slowly if, among the last `many` pairs, this factor is more than slow_growth.
+// An oscillation grows fast if, among the last `few` pairs of half-periods, the newest swing is more than
+// fast_growth times the oldest swing. It grows slowly if, among the last `many` pairs of half-periods, this
+// factor is more than slow_growth.
 constexpr double fast_growth = 4.0;
 constexpr double slow_growth = 1.5;
-// Minimum swing of the pair before the newest pair, as a share of the swing that counts as an oscillation. So
-// a single knock on the stage does not count as growth: before the knock, the swing is smaller.
+// An oscillation grows only if its second newest pair of half-periods has a swing (peak to peak) of at least
+// this share of 2 `amplitude_um`. So a single knock on the stage does not count as growth: before the knock,
+// the swing is smaller.
 constexpr double before_growth = 1.0 / 8.0;
-// An oscillation stays if the largest swing of the newest four pairs is at least this share of the largest
-// swing of the four pairs before.
+// An oscillation stays large if the largest swing of the newest four pairs of half-periods is at least this
+// share of the largest swing of the four pairs before.
 constexpr double no_decay = 0.95;
 // Maximum ratio of the longest to the shortest half-period. Half-periods in which the error rises are
 // compared with each other, and half-periods in which the error falls are compared with each other.
 constexpr std::size_t unevenness = 4;
-// Maximum ratio of the longest to the shortest of all half-periods, with a rising or a falling error.
+// Maximum ratio of the longest to the shortest half-period of an oscillation, if half-periods with a rising
+// error and half-periods with a falling error are compared with each other. If the ratio is larger, the
+// motion of the error is not an oscillation.
 constexpr std::size_t longer_way = 16;
 constexpr std::size_t short_spike = 4;  // maximum length of a spike, in cycles
 // A step of the reference makes the mode ring. The sum of |second differences| of the reference is twice the

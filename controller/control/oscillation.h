@@ -55,11 +55,14 @@ class Oscillation {
 
  private:
   struct HalfPeriod {
-    /// Number of cycles with the error beyond the middle of the previous half-period.
+    /// Length of the half-period: number of its cycles in which the error is beyond the mean of the errors at
+    /// the two ends of the previous half-period.
     std::size_t cycles = 0;
     double swing_um = 0.0;
-    double reference_bend_um = 0.0;  ///< sum of |second differences| of the reference from cycle to cycle
-    double error_bend_um = 0.0;      ///< sum of |second differences| of the error from cycle to cycle
+    /// Sum of the |second differences| of the reference, taken from cycle to cycle in this half-period.
+    double reference_bend_um = 0.0;
+    /// Sum of the |second differences| of the error, taken from cycle to cycle in this half-period.
+    double error_bend_um = 0.0;
   };
   /// Sums the absolute second differences of a signal from cycle to cycle.
   struct Bend {
