@@ -1,12 +1,12 @@
 // Computes from the model and the applied drive how far the position can have moved since a given moment, as
-// a lower and an upper limit.
+// a lower and an upper limit. The actuator's memory and the delays are not known exactly. The measured
+// position is between the smallest and the largest of four positions:
 //
-//   a, b    the model's positions under the two extreme memories: in a, the drive has fallen from the upper
-//           threshold; in b, the drive has risen from the lower threshold on the virgin curve. The actuator's
-//           memory is between these two; a ramp to the upper threshold makes the two equal
-//   slow    a and b, delayed by the pure delays and by a first-order lag. The time constant of the lag is the
-//           sum of the other delays and two cycles. The measured position is between the smallest and the
-//           largest of these four positions (a, b, and both delayed)
+//   a, b           the model's positions under the two extreme memories: in a, the drive has fallen from the
+//                  upper threshold; in b, it has risen from the lower threshold on the virgin curve. The
+//                  actuator's memory is between these two; a ramp to the upper threshold makes them equal
+//   a, b delayed   a and b, delayed by the pure delays and by a first-order lag. The time constant of the lag
+//                  is the sum of the other delays and two cycles
 #pragma once
 
 #include <array>
@@ -19,8 +19,9 @@ namespace hystcan::controller {
 
 class Course {
  public:
-  /// Positions of the model at one moment, in um: under the two possible memories a and b, and both delayed.
-  /// See the top of this file.
+  /// Four positions of the model at one moment, in um. The first two belong to the two extreme memories that
+  /// the actuator can have (a and b at the top of this file). The other two are the first two after the
+  /// delays of drive, stage and sensor.
   using Mark = std::array<double, 4>;
 
   /// Throws std::invalid_argument if the model is invalid.
@@ -30,7 +31,8 @@ class Course {
   void restart(double drive);
   /// Moves the model, under both possible memories, to the drive that was commanded last.
   void follow(double drive);
-  /// Computes the delayed positions. Called once in each cycle of a driven axis, after follow().
+  /// Computes the delayed positions of the model in mark(): the positions after the delays of drive, stage
+  /// and sensor. Called once in each cycle of a driven axis, after follow().
   void elapse(double dt_s, double cycle_s);
 
   double position_um() const { return mark_.front(); }
@@ -40,8 +42,11 @@ class Course {
   model::Interval moved_um(const Mark& since) const;
 
  private:
-  using Positions = std::array<double, 2>;                 ///< positions in um under the two memories
-  using Memories = std::array<model::HysteresisState, 2>;  ///< extreme memories a, b (top of this file)
+  /// Positions of the model in um under the two extreme memories that the actuator can have.
+  using Positions = std::array<double, 2>;
+  /// The two extreme memories: after the drive has fallen from the upper threshold, and after it has risen
+  /// from the lower threshold on the virgin curve.
+  using Memories = std::array<model::HysteresisState, 2>;
   /// The last positions of the model, stored at equal time steps. At most 32 positions cover the pure delays.
   struct UnderWay {
     std::array<Positions, 32> past{};
