@@ -1,7 +1,7 @@
 // The feed-forward that inverts the plant with its mode, and the expected response of the plant.
 //
 //   u = V r:   u(t) = sum_k w_k r(t + mu + k T),  k = -8 .. 8
-//   y = G u    nominal plant, in the samples
+//   y = G u    the sample that the nominal plant predicts
 //
 //   r, u, y   reference, output of the feed-forward, and expected sample
 //   V, w_k    feed-forward and its weights; mu: mean delay of the chain, T: cycle
@@ -29,19 +29,22 @@
 
 namespace hystcan::controller {
 
-/// Number of cycles before the mean delay, and also after it, for which the feed-forward has a weight.
+/// Maximum of |k| in the feed-forward: it is a weighted sum of the references at the times t + mu + k T (t:
+/// present time, mu: mean delay of the chain from demand to position, T: cycle).
 inline constexpr int feed_forward_reach = 8;
-/// The weights of the feed-forward, one for each cycle: from feed_forward_reach cycles before the mean delay
-/// to feed_forward_reach cycles after it.
+/// The weights w_k of the references r(t + mu + k T) in the feed-forward, from k = -feed_forward_reach to
+/// k = feed_forward_reach (t: present time, mu: mean delay of the chain from demand to position, T: cycle).
 using FeedForwardWeights = std::array<double, 2 * feed_forward_reach + 1>;
 
-/// The values of a reference for its weighted sum. Each cycle evaluates only the newest value. The earlier
-/// values do not change, because the reference is fixed until the end of the preview.
+/// The references that the feed-forward multiplies by its weights, one for each weight. In each cycle, only
+/// the reference at the latest time is evaluated; the others were evaluated in earlier cycles. They stay
+/// valid, because a new setpoint changes the reference only after the latest time that was evaluated.
 class ReferenceWindow {
  public:
   void clear() { filled_ = false; }
   /// Returns the weighted sum of the reference around `t_s`. Called once per cycle. `reference(t_s)` returns
-  /// the reference. If the last call was not exactly one cycle before, all values are evaluated again.
+  /// the reference. Evaluates only the newest value of the sum if `t_s` is one cycle later than in the last
+  /// call, with a tolerance of a quarter of a cycle; otherwise evaluates all values again.
   template <class Reference>
   double filtered(const FeedForwardWeights& weights, double t_s, double cycle_s, const Reference& reference);
 
@@ -49,7 +52,8 @@ class ReferenceWindow {
   bool continues(double t_s, double cycle_s) const;
   void push(double value);
 
-  /// The values of the reference, stored twice, so that each window is contiguous.
+  /// Ring buffer of the references in the weighted sum. It contains each of them twice, so that they are
+  /// contiguous in the order of time, wherever the oldest is.
   std::array<double, 2 * std::tuple_size_v<FeedForwardWeights>> values_{};
   std::size_t oldest_ = 0;
   double last_s_ = 0.0;
@@ -59,8 +63,8 @@ class ReferenceWindow {
 /// The nominal plant from the demand to the sample, as a recursion from cycle to cycle.
 struct PlantRecursion {
   struct Term {
-    /// Factor s_i (see the top of this file): each cycle adds the change of the drive times this factor to
-    /// the term. 0: no term.
+    /// Factor s_i of the state x_i (see the top of this file). Each cycle adds to x_i this factor times the
+    /// change of the input u; if `interpolated`, this factor times the change of that change. 0: x_i stays 0.
     std::complex<double> share;
     std::complex<double> decay;  ///< factor of the term from cycle to cycle: e^{p T}; p: a pole, T: cycle
   };
@@ -115,8 +119,9 @@ class PlantInverse {
 
  private:
   static constexpr double warm_up_cycles = 128.0;
-  /// Returns how many cycles before `late_s` the reference was still at rest, at most warm_up_cycles. The
-  /// model of the plant starts at this time.
+  /// Returns how many cycles before the present cycle the model of the plant must start, so that it starts
+  /// while the reference is at rest; at most warm_up_cycles. `late_s`: time of the reference that is the
+  /// plant's input in the present cycle.
   int cycles_since_rest(double late_s, double cycle_s) const;
 
   Config config_;
