@@ -21,7 +21,7 @@ constexpr double fade_s = 0.02;
 constexpr double grown_factor = 1.3;
 constexpr unsigned grown_periods = 3;
 /// Number of periods for which a segment rests after a failed attempt to learn. A resting segment is not
-/// corrected. Its last period gives a new value for the error without learning.
+/// corrected. The last of these periods gives a new value for the error without learning.
 constexpr unsigned rest_periods = 3;
 constexpr unsigned most_attempts = 3;
 /// An error above this factor times the largest error without learning is a glitch, which is not learnt. For

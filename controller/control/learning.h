@@ -67,8 +67,8 @@ class Learning {
   struct Plan {
     std::size_t phases = 0;  ///< number of cycles of one period, or of several periods together
     double cycle_s = 1e-3;
-    double period_s = 0.0;       ///< duration of all phases; 0: `phases` cycles
-    std::size_t judged = 0;      ///< number of cycles whose errors are judged together; 0: `phases`
+    double period_s = 0.0;       ///< duration of all phases; 0: `phases` times cycle_s
+    std::size_t judged = 0;      ///< cycles over which one RMS error is computed; 0: `phases`
     std::vector<double> taps{};  ///< filter coefficients; their number is odd, at most `phases`
     double duration_s = 0.0;     ///< duration of the segment
   };
@@ -88,15 +88,15 @@ class Learning {
     std::uint32_t periods = 0;  ///< number of judged periods of all segments since the last reset
     std::size_t segment = 0;    ///< index of the segment that was judged last
     double rms_um = 0.0;        ///< RMS error in the last judged period
-    /// RMS error of this segment without learning: in the first period, or in the last rest after a failed
-    /// attempt.
+    /// RMS error of this segment without learning: in its first judged period or, after a failed attempt to
+    /// learn, in the last period of the pause without correction.
     double first_rms_um = 0.0;
     double correction_um = 0.0;      ///< present correction
     double correction_max_um = 0.0;  ///< largest correction of `segment` at the end of the judged period
   };
 
-  /// Throws std::invalid_argument if the filter of a plan has an even number of taps, or more taps than
-  /// phases.
+  /// Throws std::invalid_argument if the learning filter of a segment has an even number of taps, or more
+  /// taps than the period has phases. The number must be odd, because the filter is centred on one phase.
   explicit Learning(const Config& config);
 
   const Config& config() const { return config_; }
@@ -164,15 +164,20 @@ class Learning {
     /// The taps of the learning filter in single precision. Single precision is twice as fast as double
     /// precision, and its rounding error is far below the noise.
     std::vector<float> taps;
-    std::vector<float> errors_um;  ///< the last errors, stored twice, so that each window is contiguous
+    /// Ring buffer of the last errors, one for each tap. It contains each error twice, so that they are
+    /// contiguous in the order of time, wherever the oldest is.
+    std::vector<float> errors_um;
     std::size_t newest = 0;
-    std::size_t valid = 0;       ///< number of the last errors that have no gap between them
+    /// Number of the newest errors that follow each other without a lost sample, a disturbance or a glitch,
+    /// at most the number of taps.
+    std::size_t valid = 0;
     std::size_t last_cycle = 0;  ///< cycle of the last error, counted from the start of the segment
     Judgement judgement;
   };
 
-  /// The correction that is added to the reference. It equals its target, the learnt correction. If the
-  /// target begins or ends, the correction does not jump: the difference fades out.
+  /// The correction that is added to the reference. Its target is the learnt correction; there is no target
+  /// outside segments that repeat, and while a segment rests. When a target begins or ends, the correction
+  /// does not jump: its difference from the new target (0 without a target) fades out.
   struct Output {
     double last_um = 0.0;
     double fading_um = 0.0;  ///< remaining difference between the correction and its target
