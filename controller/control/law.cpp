@@ -12,8 +12,8 @@ namespace {
 /// counts as met. The value is far below the resolution of any sensor and far above rounding.
 constexpr double met_within_um = 1e-6;
 
-/// A remaining integral below this value in um counts as zero. The value is less than the resolution of a
-/// position on the wire.
+/// After a change to a structure without PI, the integral decays. Below this value in um it counts as zero.
+/// The value is less than the resolution of a position on the wire.
 constexpr double faded_um = 1e-7;
 
 /// Capacity of the memory of a model without hysteresis, which never uses its memory.
@@ -84,9 +84,9 @@ void ControlLaw::retune(const Config& config) {
     integral_um_ += proportional_before_um - proportional_um();
 }
 
-// Changes to another structure without a jump of the drive. The next demanded position becomes the output of
-// the new model at the last applied drive. The state of the notch is shifted by the same amount, so that the
-// notch keeps its transient.
+// Called after `config_.structure` has changed: the law may now invert another model. Prevents a jump of the
+// drive: the next demanded position becomes the output of the newly inverted model at the last applied drive.
+// The state of the notch is shifted by the same amount, so that the notch keeps its transient.
 void ControlLaw::enter_structure() {
   const double moved_um = predicted_um() - demand_um_;
   Notch::shift(notch_state_, moved_um);

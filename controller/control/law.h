@@ -134,10 +134,12 @@ class ControlLaw {
   /// the integral.
   void commit(double applied_drive);
 
-  /// Returns the present position of the model that the structure inverts, at the applied drive.
+  /// Returns the position that inverted() predicts for the last applied drive, including creep. inverted() is
+  /// the model whose inverse computes the drive; the configured Structure selects it.
   double predicted_um() const;
   const model::Hysteresis& inverted() const;
-  /// Returns the recursive memory-based model. Its memory follows the drive with every structure.
+  /// Returns the recursive memory-based model. Its memory follows the applied drive, even if the configured
+  /// Structure inverts another model.
   const model::Hysteresis& model() const { return full_; }
   const model::HysteresisState& memory() const { return memory_; }
   double integral_um() const { return integral_um_; }
@@ -157,8 +159,9 @@ class ControlLaw {
 
   Config config_;
   model::Hysteresis full_, average_, line_;
-  model::HysteresisState memory_;  ///< memory of full_, which follows the drive under every structure
-  /// The states of average_ and line_. These models have no memory, so their states never change.
+  model::HysteresisState memory_;  ///< memory of the recursive model full_; follows every applied drive
+  /// The states of the two models without hysteresis: average_, the mean of the reference curves, and line_,
+  /// the straight line. These models have no memory, so their states never change.
   model::HysteresisState average_rest_, line_rest_;
   model::OutputCreep creep_;
   model::OutputCreep::State creep_state_;
@@ -168,7 +171,7 @@ class ControlLaw {
   double integral_um_ = 0.0;         ///< integral part of PI; without PI: a remaining offset that decays
   double filtered_um_ = 0.0;         ///< error (reference - measured) after the low pass
   double error_um_ = 0.0;            ///< error after the deadband, the input of PI
-  double integrated_s_ = 0.0;        ///< time over which the last step integrated; 0: the sample was lost
+  double integrated_s_ = 0.0;        ///< time over which the last step integrated the error; 0: no sample
   double integral_before_um_ = 0.0;  ///< the integral before the last step
   double previewed_um_ = 0.0;
   double before_notch_um_ = 0.0;  ///< feed-forward plus PI, the input of the notch
