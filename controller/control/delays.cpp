@@ -11,8 +11,8 @@ namespace hystcan::controller {
 Moments Delays::moments(double cycle_s) const {
   constexpr double two_pi = 2.0 * std::numbers::pi;
   const double omega = two_pi * resonance_Hz;
-  // A held drive delays by half a cycle, like a mean over one cycle. An interpolated drive is held and then
-  // averaged once more. `means` is the number of these means.
+  // A held drive has the delay and the variance of an average over one cycle. An interpolated drive is held
+  // and then averaged over a cycle, so it counts as two such averages. `means`: number of averages.
   const double means = interpolated ? 2.0 : 1.0;
   return {.mean_s = std::chrono::duration<double>(command_delay).count() + means * cycle_s / 2.0 + lag_s() +
                     2.0 * damping_ratio / omega,

@@ -1,5 +1,5 @@
 // The delays of the chain of links from a demand to the resulting position. The feed-forward compensates
-// these delays. This file also contains the two filters of the control law.
+// these delays. This file also contains the notch filter and the low pass of the control law.
 #pragma once
 
 #include <chrono>
@@ -62,8 +62,8 @@ struct Delays {
   double pure_s() const { return std::chrono::duration<double>(command_delay + sensor_delay).count(); }
   /// Returns the mean delay of the sensor: its pure delay and its lag.
   double sensor_s() const;
-  /// Returns the mean time from a SYNC to a later sample. The controller answers the sample of this SYNC with
-  /// a command; the later sample shows the effect of this command.
+  /// Returns the mean time from a SYNC until samples show the effect of the command that answers the sample
+  /// of this SYNC.
   double to_sample_s(double cycle_s) const { return preview_s(cycle_s) + sensor_s(); }
 };
 
@@ -75,9 +75,9 @@ inline bool rings_between_samples(double cycles) {
   return cycles > 1.0 - near && std::abs(cycles - std::round(cycles)) < near;
 }
 
-/// Returns the input of a chain with these moments. With this input, the output of the chain is nearly the
-/// reference r(t) (see the inverse of the chain above struct Moments). `reference(x)` returns the reference x
-/// seconds from now. With the mean delay mu, the variance var and a cycle h, the result is
+/// Returns the present input of a chain with these moments, chosen so that the output of the chain is nearly
+/// the reference r(t) (see the inverse of the chain above struct Moments). `reference(x)` returns the
+/// reference x seconds from now. With the mean delay mu, the variance var and the cycle h, the result is
 ///   r(t + mu) - (var / 2) [r(t + mu + h) - 2 r(t + mu) + r(t + mu - h)] / h^2
 /// The second difference replaces the second derivative of r, with an error of (var / 24) h^2 r''''.
 template <class Reference>
@@ -110,7 +110,7 @@ double second_order_preview(const Moments& moments, double h_s, const Reference&
 
 struct Notch {
   struct Config {
-    double frequency_Hz = 100.0;  ///< centre of the notch, > 0, < half the rate
+    double frequency_Hz = 100.0;  ///< centre of the notch; above 0, below half the rate of the cycles
     double depth = 0.1;           ///< 0..1, gain at the centre
     double width = 0.5;           ///< > 0, half the width of the notch, relative to its centre
 
