@@ -19,7 +19,8 @@ namespace {
 
 double seconds(std::chrono::nanoseconds duration) { return std::chrono::duration<double>(duration).count(); }
 
-/// Tolerance in s: the sum of the times of all cycles differs from the exact time by rounding.
+/// Tolerance in s for the comparison of an elapsed time with the window or the timeout. The elapsed time is a
+/// sum of cycle times, each of which is rounded.
 constexpr double rounding_s = 1e-9;
 
 }  // namespace

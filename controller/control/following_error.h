@@ -29,7 +29,8 @@ class FollowingError {
   explicit FollowingError(const Config& config) : config_(config) {}
 
   void restart() { *this = FollowingError(config_); }
-  /// Called once in each cycle with a sample. Returns false if the stage has lost its reference.
+  /// Called once in each cycle with a sample. Returns false if the error was too large in `cycles` calls in a
+  /// row: the stage does not follow its reference any more.
   bool step(double reference_um, double position_um, double dt_s);
 
  private:
@@ -42,8 +43,8 @@ class FollowingError {
 //
 //   in_position   |error| <= tolerance for the whole `window`; ends as soon as the error is greater
 //   failed        the stage is not in position `timeout` after the reference came to rest, or after the
-//                 stage left its position. If the stage arrives later, `failed` changes to `in_position`
-//                 after the same window
+//                 error ended the state in_position. If the stage arrives later, `failed` changes to
+//                 `in_position` after the same window
 //   moving        the stage is not in position yet, and `timeout` has not passed
 //
 // If a resting reference differs from the reference of the last cycle, it has jumped, and the decision starts
@@ -66,7 +67,8 @@ struct InPosition {
     Arrival arrival = Arrival::moving;
     double reference_um = 0.0;
     double within_s = -1.0;  ///< time for which the error has been within the tolerance; < 0: it is not
-    /// Time since the reference came to rest, or since the stage left its position; < 0: the reference moves.
+    /// Time since the reference came to rest, or since the state in_position ended because the error was too
+    /// large. < 0: the reference moves.
     double trying_s = -1.0;
   };
   /// Called once in each cycle; returns the present decision. `position_um`: measured position, `nullopt` if

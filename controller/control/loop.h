@@ -33,14 +33,14 @@ class ClosedLoop {
   void follow(double applied_drive) { law_.follow(applied_drive); }
   void settle() { law_.settle(); }
   void elapse(double dt_s) { law_.elapse(dt_s); }
-  /// Begins to track. `coupled_um`: present displacement by the other axes. `goes_on`: the loop continues
-  /// after a pause, with the same time base.
+  /// Begins to track. `coupled_um`: present displacement by the other axes. `goes_on`: this axis has tracked
+  /// before and was stopped, while t_s continued from the same origin (see Trajectory::join).
   void begin(double t_s, double position_um, double coupled_um, bool goes_on = false);
   /// Evaluates the reference for propose() at the time `t_s` in advance, so that propose() takes less time.
   void prepare(double t_s, double cycle_s);
   /// Returns the requested drive, before the gate, and fills the values of the loop into `report`. Returns
-  /// `nullopt` if the stage has lost its reference. `t_s`: time since the axes began to track. `waited`: the
-  /// drive was held for longer than dt_s, because SYNCs were omitted.
+  /// `nullopt` if the stage does not follow its reference any more (FollowingError). `t_s`: time since the
+  /// axes began to track. `waited`: the drive was held for longer than dt_s, because SYNCs were omitted.
   std::optional<double> propose(const AxisInput& input, double t_s, bool waited, AxisReport& report);
   /// Takes the drive that was applied. `limits`: all limits that were active for this drive.
   void commit(double applied_drive, std::uint8_t limits);
