@@ -33,10 +33,11 @@ class OutputCheck {
   /// Compares the reported output with `drive`, the last commanded drive, which changes by at most
   /// `slew_per_s`. Called once in each cycle of a driven axis.
   void step(double drive, double slew_per_s, const AxisInput& input);
-  /// Returns for how long the output has differed without interruption; 0 if it agrees or is not known.
+  /// Returns for how long the amplifier's output has differed from the commanded drive without interruption;
+  /// 0 if the output agrees or is not known.
   double differs_for_s() const { return differs_for_s_; }
-  /// True if the difference lasts longer than allowed: 0.5 s while the axis ramps (`ramps`), because the
-  /// output may lag behind the ramp, and otherwise 0.05 s.
+  /// True if the amplifier's output has differed from the commanded drive for too long: for 0.5 s while the
+  /// axis ramps (`ramps`), because the output may lag behind the ramp, and otherwise for 0.05 s.
   bool differs_too_long(bool ramps) const { return differs_for_s_ > (ramps ? 0.5 : 0.05); }
 
  private:
@@ -45,7 +46,7 @@ class OutputCheck {
   double drive_range_, lag_s_;
   /// Ranges of the drive in the last three spans of time, the present one first.
   std::array<model::Interval, 3> spans_{};
-  double span_s_ = 0.0;  ///< elapsed time of the present span
+  double span_s_ = 0.0;  ///< time for which the newest range in spans_ has been collected
   double status_age_s_ = 0.0;
   bool agrees_ = true;  ///< true if the output in the last status agreed with the drive
   double differs_for_s_ = 0.0;

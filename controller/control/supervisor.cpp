@@ -20,8 +20,8 @@ constexpr double frozen_travel = 0.02;
 /// reference may cause one or two such cycles; an invalid model causes such cycles without end.
 constexpr unsigned not_invertible_cycles = 3;
 
-/// Returns the number of cycles since the last SYNC, rounded, at least 1. The position may change more in a
-/// longer cycle.
+/// Returns the time between the last two SYNCs, as a rounded number of nominal cycles, at least 1. If SYNCs
+/// were omitted, the time is longer, and the position may change more.
 unsigned cycles_in(const AxisInput& input) {
   constexpr double most = 1e6;
   return static_cast<unsigned>(std::clamp(std::ceil(input.dt_s / input.cycle_s - 0.5), 1.0, most));

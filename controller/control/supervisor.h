@@ -13,7 +13,8 @@
 //              fault
 //   saturated  range, slew or the model's thresholds limit the drive for saturated_s without interruption
 //
-// If several causes are present at once, the verdict is the cause that explains the most.
+// If several causes are present at once, the verdict is the cause that can have produced the others: bus-off,
+// for example, and not the missing samples that follow from it.
 #pragma once
 
 #include <chrono>
@@ -25,7 +26,7 @@
 
 namespace hystcan::controller {
 
-/// State of the axis's two nodes at the time of a step.
+/// State of the bus, of the sensor node and of the amplifier node of an axis, at the time of a step.
 struct NodeHealth {
   bool interface_up = true;
   bool bus_on = true;          ///< the bus is not in the state bus-off
@@ -57,13 +58,14 @@ struct AxisInput {
   double time_s = 0.0;   ///< time of this cycle's SYNC, since the controller's start
   double dt_s = 0.0;     ///< time since the last cycle's SYNC
   double cycle_s = 0.0;  ///< nominal time of a cycle
-  /// Total time for which the references have waited because of late SYNCs (sync_clock.h), since the
-  /// controller's start.
+  /// Total time by which late SYNCs have delayed the references of all axes since the controller's start
+  /// (sync_clock.h).
   double waited_s = 0.0;
   std::optional<double> position_um;  ///< measured position; `nullopt`: no sample arrived
   bool sensor_status_good = true;
   bool late_sample = false;  ///< a sample of an earlier cycle arrived since the last step
-  /// Reference time at which the axes began to track. `nullopt`: this axis does not begin to track yet.
+  /// Value of reference_time_s() when the axes began to track. `nullopt`: this axis does not begin to track
+  /// yet.
   std::optional<double> tracking_since_s{};
   double coupled_um = 0.0;  ///< displacement by the other axes (coupling) at the time when this command acts
   NodeHealth health;
@@ -134,8 +136,9 @@ class Supervisor {
   /// tenth. So single lost samples are tolerated, and several lost samples in a row trip the axis.
   unsigned lost_tenths_ = 0;
   struct Lost {
-    /// Numbers of consecutive lost samples: in total, and by reason. `in_long_cycles` counts the samples that
-    /// were lost in cycles with omitted SYNCs.
+    /// Numbers of consecutive lost samples: in total, and by reason. `late`: the sample arrived after its
+    /// cycle. `in_long_cycles`: it was lost in a cycle with omitted SYNCs. `jumped`: its position is too far
+    /// from the last accepted position.
     unsigned all = 0, late = 0, in_long_cycles = 0, jumped = 0;
   };
   Lost lost_in_a_row_;
