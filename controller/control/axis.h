@@ -72,18 +72,21 @@ class Axis {
   ClosedLoop* closed_loop() { return closed_loop_ ? &*closed_loop_ : nullptr; }
   const ClosedLoop* closed_loop() const { return closed_loop_ ? &*closed_loop_ : nullptr; }
 
-  /// Returns the reference at this reference time (sync_clock.h). If the axis does not track a reference,
-  /// returns the last measured position.
+  /// Returns the reference at `time_s`: the time since the controller's start, minus the delays of the
+  /// references by late SYNCs (sync_clock.h). If the axis does not track a reference, returns the last
+  /// measured position.
   double expected_um(double time_s) const;
 
-  /// Returns the point of the reference at this reference time; `nullopt` if the axis does not track a
+  /// Returns the point of the reference at `time_s`: the time since the controller's start, minus the delays
+  /// of the references by late SYNCs (sync_clock.h). Returns `nullopt` if the axis does not track a
   /// reference.
   std::optional<Trajectory::Point> reference_at(double time_s) const;
 
   /// Calls decide() and finish(). Called exactly once per cycle.
   AxisCommand step(const AxisInput& input);
   /// Evaluates the reference for the next decide() in advance, so that decide() takes less time.
-  /// `reference_time_s`: reference time of this decide(). The call is optional.
+  /// `reference_time_s`: value that AxisInput::reference_time_s() will return for this decide(). The call is
+  /// optional.
   void prepare(double reference_time_s, double cycle_s);
   /// Decides the command of this cycle. finish() should be called after the command has been sent.
   AxisCommand decide(const AxisInput& input);
@@ -122,8 +125,8 @@ class Axis {
   std::optional<double> uncommitted_drive_;  ///< drive that finish() must still pass to the closed loop
   double tracking_since_s_ = 0.0;
   model::Interval reach_;  ///< allowed positions of a live setpoint
-  double now_s_ = 0.0;     ///< reference time of the last step
-  double waited_s_ = 0.0;  ///< total time that the references had waited for late SYNCs at the last step
+  double now_s_ = 0.0;     ///< AxisInput::reference_time_s() of the last step
+  double waited_s_ = 0.0;  ///< AxisInput::waited_s of the last step
   AxisState state_ = AxisState::offline;
   bool finished_ = true;  ///< finish() was called after the last decide()
   bool stopping_ = false;
