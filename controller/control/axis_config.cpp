@@ -14,8 +14,8 @@ constexpr double decays = 3.0, longest_decay_s = 2.0;
 
 /// Shares by which a stage may be less steep than its model. A straight line as a model gives only the
 /// direction and the order of magnitude of a stage's motion: the flat end of a loop can be a third as steep
-/// as its mean. In open loop, the share of a line applies to every model, because the model may be an old one
-/// that is being replaced.
+/// as its mean. In open loop, shortfall_of_a_line applies to every model, because a run in open loop often
+/// serves to replace an old model.
 constexpr double shortfall_of_a_line = 0.9, shortfall_of_a_measured_model = 0.3;
 
 bool is_line(const model::HysteresisParameters& model) {
@@ -28,8 +28,9 @@ bool is_line(const model::HysteresisParameters& model) {
          std::abs(model.descending.value(at_middle) - middle_um) < allowed_um;
 }
 
-/// True if PI can make an oscillation of the mode grow, even if the mode has only an eighth of its configured
-/// damping. If PI cannot, an oscillation is caused by the reference.
+/// True if PI can make an oscillation of the mode grow. The test assumes an eighth of the configured damping
+/// of the mode, because the real damping can be lower than the configured one. If the result is false, PI is
+/// too weak, and only the reference can cause an oscillation.
 bool can_oscillate(const PiGains& pi, const Delays& delays) {
   const double integral = pi.ki_per_s / (2.0 * std::numbers::pi * delays.resonance_Hz);
   return 8.0 * std::hypot(pi.kp, integral) > 2.0 * delays.damping_ratio;

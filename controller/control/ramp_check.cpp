@@ -13,8 +13,8 @@ constexpr double backwards_share = 0.25;
 // begins when the drive has travelled by delayed_share of its range since a turn. A window is judged after
 // window_share from its beginning, and the next window begins after next_window_share.
 constexpr double delayed_share = 0.08, window_share = 0.14, next_window_share = 0.16;
-// Minimum number of cycles until a window begins or is judged. If a fast ramp travels far enough in fewer
-// cycles, the check waits until this number is reached.
+// Minimum number of cycles from a turn of the ramp until a window begins, and from the beginning of a window
+// until it is judged. If a fast ramp travels far enough in fewer cycles, the check waits for this number.
 constexpr unsigned least_cycles = 6;
 constexpr unsigned contradictions_to_trip = 3;
 

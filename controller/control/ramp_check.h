@@ -43,11 +43,11 @@ class RampCheck {
   explicit RampCheck(const Config& config) : config_(config) {}
 
   void restart() { *this = RampCheck(config_); }
-  /// Called once in each cycle before the ramp, from the first cycle in which the axis waits. Measures the
-  /// noise at rest.
+  /// Called once in each cycle of the start-up until its ramp begins. Measures the range in which the
+  /// position varies at rest.
   void rest(const Course& course, double drive, const AxisInput& input);
-  /// Called once in each later cycle of the start-up, with the last commanded drive. Returns false if the
-  /// position does not agree with the model for the third cycle in a row.
+  /// Called once in each cycle of the start-up from the beginning of its ramp on, with the last commanded
+  /// drive. Returns false if the position does not agree with the model for the third cycle in a row.
   bool step(const Course& course, double drive, const AxisInput& input);
 
  private:
@@ -55,9 +55,9 @@ class RampCheck {
   /// window.
   struct Anchor {
     Course::Mark model{};
-    double seen_um = 0.0;  ///< measured position when the comparison began
+    double seen_um = 0.0;  ///< measured position at the turn of the ramp or at the beginning of the window
     double drive = 0.0;
-    unsigned cycles = 0;  ///< cycles since the comparison began
+    unsigned cycles = 0;  ///< number of cycles since the turn of the ramp or the beginning of the window
   };
 
   void see(const AxisInput& input);

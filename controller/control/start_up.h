@@ -43,7 +43,8 @@ class StartUp {
 
   explicit StartUp(const AxisConfig& config) : ramp_check_(ramp_check_of(config)) {}
 
-  /// Sets the drives that the ramp visits, in this order. The drive rests at each of them.
+  /// Sets the values of the drive to which the ramp of the start-up moves, in this order. At each value, the
+  /// drive stays constant for wipe_dwell_s.
   void visit(std::vector<double> targets) { targets_ = std::move(targets); }
 
   /// Begins the start-up in the state arming. `clear_fault`: tries once to clear a latched fault of the
