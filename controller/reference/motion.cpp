@@ -68,8 +68,8 @@ Turnaround::Turnaround(double length_s, double mode_period_s) {
   }
   wide_s_ = 0.5 * std::max(mode_period_s, length_s - mode_period_s);
   narrow_s_ = 0.5 * length_s - wide_s_;
-  // With a very short pulse, mean() would subtract two nearly equal integrals, and its result would be only
-  // rounding error.
+  // Omits the second rectangle (narrow_s_) if it is very short: the mean over it would be the difference of
+  // two nearly equal integrals, which is only rounding error.
   if (narrow_s_ < 1e-6 * wide_s_) {
     wide_s_ = 0.5 * length_s;
     narrow_s_ = 0.0;

@@ -84,9 +84,13 @@ class Turnaround {
   template <class One>
   double both(double t_s, const One& one) const;
 
-  double wide_s_ = 0.0;    ///< half the length of the rectangular pulses in the second derivative w''
-  double narrow_s_ = 0.0;  ///< half the length of a rectangle that is convolved with such a pulse; 0: none
-  double apart_s_ = 0.0;   ///< half the distance between the two pulses in w''; 0: w'' has only one pulse
+  /// Half the length of a rectangular pulse in the acceleration of the turnaround.
+  double wide_s_ = 0.0;
+  /// Half the length of a second rectangle. Its convolution with the pulse of acceleration gives a trapezoid.
+  /// 0: the pulse stays a rectangle.
+  double narrow_s_ = 0.0;
+  /// Half the distance between the two pulses of acceleration of the turnaround. 0: it has only one pulse.
+  double apart_s_ = 0.0;
 };
 
 // The sawtooth is a periodic line with straight rises and falls. A turnaround (class Turnaround) rounds each

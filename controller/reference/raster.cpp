@@ -35,11 +35,12 @@ bool is_waving(const Raster& raster) {
 /// is rounded.
 constexpr double rounding = 1e-6;
 
-/// Returns the time since the beginning of the scan, in lines, plus the tolerance for rounding.
+/// Returns the number of lines from the beginning of the scan until `t_s`, including the fraction of the
+/// present line, plus the tolerance for rounding.
 double lines_until(const Raster& raster, double t_s) { return t_s * raster.line_rate_Hz + rounding; }
 
-/// One move of a slow axis with steps, at the end of a line. The move after the last line of a frame is the
-/// return.
+/// One move of a slow axis with steps (SlowMotion::step): from the level of a line to the level of the next
+/// line. The move after the last line of a frame returns to the level of the first line.
 struct Move {
   double from_um = 0.0;
   double to_um = 0.0;

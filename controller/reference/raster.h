@@ -69,7 +69,8 @@ struct ScanPlace {
   static constexpr std::int32_t no_pixel = -1;
 };
 
-/// Sets `wave` and `way_up_s`. Throws std::invalid_argument if the parameters contradict each other.
+/// Computes from the other members `wave`, the periodic motion of the axis, and `way_up_s`, the time from the
+/// lowest to the highest point of a line. Throws std::invalid_argument if the members contradict each other.
 void prepare(Raster& raster);
 Motion motion_of(const Raster& raster, double t_s);
 /// Returns the position that motion_of() would have with sharp corners instead of rounded ones (turnarounds).

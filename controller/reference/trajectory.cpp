@@ -111,8 +111,8 @@ Handover Trajectory::braked(const Trajectory& before, double t_s, double preview
           Transition::within(limits, {.value_um = braking.end_um()}, to_um, usual_transition_s())};
 }
 
-/// Returns the part of the reference at `t_s`. After the end of the reference, the index of its segment is
-/// the number of segments.
+/// Returns the part of the reference at `t_s`. After the end of the last segment there is no such part:
+/// Place::segment is then the number of segments.
 Trajectory::Place Trajectory::find(double t_s) const {
   if (segments_.empty()) return {};
   t_s -= begin_s_;

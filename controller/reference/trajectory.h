@@ -68,9 +68,10 @@ class Trajectory {
   void continue_from(const Trajectory& before, double t_s, double previewed_s = 0.0);
 
   /// Moves to `goal_um` and holds this position. The reference continues, brakes and moves in the same way as
-  /// in resume(). If the reference itself has a limit of acceleration, it does not brake first: the shortest
-  /// transition that keeps the limits leads from the present motion to the goal. This transition may
-  /// overshoot the goal by at most a fifth of its first velocity times its duration.
+  /// in resume(). If the acceleration of the whole reference is limited, and not only that of transitions,
+  /// the reference does not brake first: the shortest transition that keeps the limits leads from the present
+  /// motion to the goal. It may overshoot the goal by at most a fifth of the product of its initial velocity
+  /// and its duration.
   void go_to(double t_s, double goal_um, double previewed_s = 0.0);
 
   /// Sets the limits of transitions for later changes to another reference or to a live setpoint. The
@@ -92,7 +93,7 @@ class Trajectory {
     std::optional<ScanPlace> scan{};  ///< frame, line and pixel of a raster; empty outside its lines
   };
   Point at(double t_s) const;
-  /// Returns Point::value_um of at() alone, which takes less time.
+  /// Returns the same value as at(t_s).value_um, in less time than at() needs.
   double value_um(double t_s) const;
   Motion motion(double t_s) const;
 
