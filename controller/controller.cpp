@@ -254,8 +254,8 @@ void Controller::answer_next_request() {
   requests_->answer(request);
 }
 
-/// Handles a frame with statuses. A status with a new state of its amplifier may arrive at any time, so only
-/// the other statuses are judged for their slot.
+/// Handles a frame with statuses. A new state of an amplifier may arrive at any time. All other statuses must
+/// arrive in the slot of their node (can::is_in_slot).
 void Controller::on_statuses(ReceivedFrame& statuses, const can::Frame& frame) {
   if (!statuses.accepts(frame)) return;
   bool nothing_new = true;
@@ -265,7 +265,7 @@ void Controller::on_statuses(ReceivedFrame& statuses, const can::Frame& frame) {
   for (const std::size_t i : statuses.axes()) judge_slot(axes_[i]->amplifier);
 }
 
-/// Judges the slot of a frame, except in the first round: a node may not know its slot yet.
+/// Checks the slot of a frame, except in the first `slots` cycles: the node may not know its slot yet.
 void Controller::judge_slot(RemoteNode& node) const {
   const unsigned slots = config_.background_slots;
   if (slots != 0 && counters_.cycles > slots) node.note_background_frame(clock_.cycle().sync_counter, slots);

@@ -114,8 +114,8 @@ class Controller {
   /// Returns an axis, for example to restore its saved state before start().
   Axis& axis(std::size_t i) { return axes_[i]->axis; }
   const Axis& axis(std::size_t i) const { return axes_[i]->axis; }
-  /// Returns the rejected frames of every received message: samples, statuses, setpoints, and the heartbeats,
-  /// emergencies and SDO responses of both nodes.
+  /// Returns the rejected frames of every received message of each axis: samples, statuses, setpoints, and
+  /// the heartbeats, emergencies and SDO responses of its sensor node and of its amplifier node.
   std::vector<can::RejectedFrames> rejected() const;
   /// Returns a line for each node to which other nodes have sent NMT commands or SDO requests, and for each
   /// node that sends outside its slot.
@@ -169,7 +169,7 @@ class Controller {
   WiredAxes axes_;
   /// Handlers of received frames. Key: identifier, and true if the identifier is extended.
   std::multimap<std::pair<std::uint32_t, bool>, can::Bus::FrameHandler> handlers_;
-  RequestLink* requests_ = nullptr;  ///< Link with the requests; null if there is none.
+  RequestLink* requests_ = nullptr;  ///< Carries requests from another thread; null if there is none.
   bool asked_to_stop_ = false;
   BackgroundFrames background_;
   std::unique_ptr<can::Bus> bus_;
