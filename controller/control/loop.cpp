@@ -55,8 +55,8 @@ void ClosedLoop::resume(double t_s) {
 
 // At the upper threshold, all memory of the actuator is wiped out. From there on, the model's memory agrees
 // with the actuator's memory. If drive_max reaches the upper threshold, the lower threshold is not visited in
-// two cases: for a butterfly actuator (a model with an output map), or if drive_min is above the lower
-// threshold.
+// two cases: if drive_min is above the lower threshold, or for a butterfly actuator (a model with an output
+// map), which works only on the side of its valley where the upper threshold is.
 std::vector<double> ClosedLoop::ramp_in(const Gate::Config& gate) const {
   const model::HysteresisParameters& model = law_.model().parameters();
   const model::Interval& thresholds = model.input_range();

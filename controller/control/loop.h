@@ -28,7 +28,8 @@ class ClosedLoop {
 
   /// Returns the drives that wipe out the actuator's memory: the upper threshold, and then the lower
   /// threshold. If the drive reaches the upper threshold, the lower threshold is omitted in two cases: the
-  /// drive cannot reach it, or the actuator is a butterfly actuator.
+  /// drive cannot reach it, or the actuator is a butterfly actuator, which works only on the side of its
+  /// valley where the upper threshold is.
   std::vector<double> ramp_in(const Gate::Config& gate) const;
   void follow(double applied_drive) { law_.follow(applied_drive); }
   void settle() { law_.settle(); }
