@@ -29,8 +29,8 @@
 // which weakens high frequencies and does not shift them.
 //
 // Only a complete window of errors of an undisturbed run is learnt: no transition, no first period, no lost
-// sample, no omitted SYNC, no active limiter, and no glitch (an error far above the errors of the first
-// period). Each segment is judged separately. If its error grows above its error without learning, its
+// sample, no omitted SYNC, no active limiter, and no glitch (an error far above the largest error without
+// learning). Each segment is judged separately. If its error grows above its error without learning, its
 // correction fades out, the segment rests for some periods, and learning restarts with half the factor
 // `rate`. After the last attempt the segment is not corrected any more. If a correction ends, is reset or is
 // withdrawn, it fades out and does not jump.
