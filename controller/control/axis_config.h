@@ -60,7 +60,8 @@ struct AxisConfig {
   AxisCommand safe_command() const { return {.drive = gate.safe_drive}; }
 };
 
-/// Returns the limits of transitions that apply if the configuration contains none:
+/// Returns the limits of motion for transitions (from segment to segment, and to a live setpoint or another
+/// reference) that apply if the configuration contains no such limits:
 ///
 ///   v = S g / 2               maximum velocity; S: slew limit of the drive, g: mean gain of the model
 ///   a = w^2 stroke / 1000     maximum acceleration; w: angular frequency of the mode

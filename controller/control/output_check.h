@@ -44,7 +44,8 @@ class OutputCheck {
   bool agrees(double drive, double slew_per_s, const AxisInput& input) const;
 
   double drive_range_, lag_s_;
-  /// Ranges of the drive in the last three spans of time, the present one first.
+  /// Ranges of the commanded drive in the last three time intervals of one span each (see the top of this
+  /// file), the present interval first.
   std::array<model::Interval, 3> spans_{};
   double span_s_ = 0.0;  ///< time for which the newest range in spans_ has been collected
   double status_age_s_ = 0.0;

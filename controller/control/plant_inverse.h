@@ -66,7 +66,7 @@ struct PlantRecursion {
     /// Factor s_i of the state x_i (see the top of this file). Each cycle adds to x_i this factor times the
     /// change of the input u; if `interpolated`, this factor times the change of that change. 0: x_i stays 0.
     std::complex<double> share;
-    std::complex<double> decay;  ///< factor of the term from cycle to cycle: e^{p T}; p: a pole, T: cycle
+    std::complex<double> decay;  ///< factor of x_i from cycle to cycle: e^{p T}; p: a pole, T: cycle
   };
   struct Config {
     int delay_cycles = 0;  ///< delay of the plant: its input is the drive of this many cycles ago

@@ -17,9 +17,9 @@
 //   v, w       speed of the model in the ramp, angular frequency of the mode
 //
 // A window covers 14 % of the drive's range and at least six cycles. The first window begins after 8 % of the
-// range, when delays do not matter any more. The range of y at rest decays in 200 cycles, or in decay_s if
-// decay_s is longer. This range is at least 2 v' / w, where v' is the highest speed of y at rest: a slow mode
-// may not have shown its full range yet.
+// range, when delays do not matter any more. The range of y at rest decays in 200 cycles, or in the time in
+// which the ringing of the mode decays (`decay_s`) if that is longer. This range is at least 2 v' / w, where
+// v' is the highest speed of y at rest: a slow mode may not have shown its full range yet.
 #pragma once
 
 #include <optional>
@@ -36,7 +36,7 @@ class RampCheck {
     double stroke_um = 0.0;
     double ramp_um_per_s = 0.0;
     double mode_rad_per_s = 1.0;
-    double decay_s = 0.0;          ///< time in which the ringing decays
+    double decay_s = 0.0;          ///< time in which the ringing of the stage's mode decays
     double slope_shortfall = 0.0;  ///< share by which a stage may be less steep than its model
   };
 
