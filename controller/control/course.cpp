@@ -39,8 +39,8 @@ void Course::elapse(double dt_s, double cycle_s) {
   for (std::size_t i = 0; i < late.size(); ++i) mark_[2 + i] += (late[i] - mark_[2 + i]) * share;
 }
 
-/// Plans the time steps at which positions are stored for the pure delays: one cycle, or a 31st of the delays
-/// if that is longer.
+/// Sets the time between two stored positions: one cycle. If the pure delays are longer than 31 cycles, sets
+/// a 31st of the delays, so that the 32 stored positions cover them.
 void Course::plan(double cycle_s) {
   cycle_s_ = cycle_s;
   const double pure_s = delays_.pure_s();
@@ -49,7 +49,7 @@ void Course::plan(double cycle_s) {
   ago_ = static_cast<std::size_t>(std::round(pure_s / apart_s_));
 }
 
-/// Stores the present positions. Returns the positions from the time one pure delay ago.
+/// Stores the present positions. Returns older stored positions: their age is the sum of the pure delays.
 Course::Positions Course::delayed(const Positions& now, double dt_s) {
   auto& [past, newest, since_newest_s] = under_way_;
   for (since_newest_s += dt_s; since_newest_s >= 0.5 * apart_s_; since_newest_s -= apart_s_) {

@@ -17,7 +17,7 @@ void TrackingStatistics::add(const AxisReport& report) {
   const Trajectory::Point& point = report.point;
   if (report.state != AxisState::tracking || report.sample_missing || point.in_transition || point.finished ||
       point.live) {
-    // A missing sample that the controller bridges does not end the evaluation of a step response.
+    // A missing sample does not end the evaluation of a step response, because the axis continues to track.
     if (!report.sample_missing) leave_level();
     return;
   }

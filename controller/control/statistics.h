@@ -30,7 +30,8 @@ class TrackingStatistics {
  public:
   TrackingStatistics(const AxisConfig& config, double settle_s)
       : TrackingStatistics(config.setpoint.size(), settle_s, settling_tolerance_um(config)) {}
-  /// `tolerance_um`: error within which a step response counts as settled.
+  /// `settle_s`: time at the beginning of each segment whose errors are left out. `tolerance_um`: error
+  /// within which a step response counts as settled.
   TrackingStatistics(std::size_t segments, double settle_s, double tolerance_um = 0.0)
       : settle_s_(settle_s), tolerance_um_(tolerance_um) {
     make_room(segments);
