@@ -96,7 +96,8 @@ class Turnaround {
 // The sawtooth is a periodic line with straight rises and falls. A turnaround (class Turnaround) rounds each
 // of its corners.
 //
-//   ideal line    the same line with sharp corners. It rises by S within T_1 and falls by S within T_2
+//   y             position of the sawtooth; its lowest and highest points are at low_um and high_um
+//   ideal line    the sawtooth with sharp corners. It rises by S within T_1 and falls by S within T_2
 //   v_1, v_2      its speeds, v_1 = S / T_1 and v_2 = S / T_2
 //   top, bottom   position of its upper and of its lower corners
 //   tau           time since the nearest corner; negative before the corner
@@ -106,9 +107,9 @@ class Turnaround {
 //   near a lower corner    y = bottom + (v_1 - v_2) / 2 tau + (v_1 + v_2) / 2 w(tau)
 //
 // The lowest point of y is at the time tau_0 after the lower corner, with
-// w'(tau_0) = (v_2 - v_1) / (v_1 + v_2). The lowest and the highest point of y are at low and high. Therefore
-// S is larger than high - low, and the corners of the ideal line are beyond low and high. The straight parts
-// of y are on the ideal line.
+// w'(tau_0) = (v_2 - v_1) / (v_1 + v_2). A turnaround does not reach the corner that it replaces. Therefore S
+// is larger than high_um - low_um, and the corners of the ideal line are beyond low_um and high_um. The
+// straight parts of y are on the ideal line.
 //
 // The time 0 is at a lowest point of y.
 

@@ -69,8 +69,8 @@ Move move_after(const Raster& raster, double line) {
   return move;
 }
 
-/// Returns the last move that has begun before `t_s`, and the time since its beginning. Before the first
-/// move, returns the first move and a negative time.
+/// Returns the last move of the slow axis that has begun before `t_s`, and the time since the beginning of
+/// this move. Before the first move of a frame, returns the first move and a negative time.
 std::pair<Move, double> in_frame(const Raster& raster, double t_s) {
   const double frames = std::floor(lines_until(raster, t_s) / (raster.lines + raster.return_lines));
   const double since_s = t_s - std::clamp(frames, 0.0, raster.frames - 1.0) * raster.frame_s();

@@ -123,12 +123,13 @@ inline constexpr std::array<std::string_view, std::variant_size_v<Shape>> shape_
 std::string to_string(const Shape& shape);
 /// Returns a shape of this kind with its defaults; `kind` is one of shape_kinds.
 Shape shape_of_kind(std::string_view kind);
-/// Returns the shape with those members set that follow from other members: the phases of a MultiSine, and
-/// `wave` and `way_up_s` of a Raster. Throws std::invalid_argument if the parameters contradict each other.
+/// Computes the members of the shape that depend on its other members: the phases of a MultiSine, and `wave`
+/// and `way_up_s` of a Raster. Returns the completed shape. Throws std::invalid_argument if the parameters
+/// contradict each other.
 Shape prepared(Shape shape);
 double duration_s(const Shape& shape);
-/// Returns the position `t_s` seconds after the shape's beginning. The shape must have been returned by
-/// prepared(); this also holds for the functions below.
+/// Returns the position `t_s` seconds after the shape's beginning. Only a shape that prepared() has returned
+/// may be passed to value_um() and to the functions below it in this file.
 double value_um(const Shape& shape, double t_s);
 /// True for a triangle or raster whose corners are rounded by turnarounds.
 bool has_turnarounds(const Shape& shape);

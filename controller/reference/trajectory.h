@@ -56,11 +56,12 @@ class Trajectory {
   /// transitions.
   void join(double t_s, double start_um, bool goes_on = false);
 
-  /// Follows the segments again, beginning with the first one. The reference does not change from `t_s`, the
-  /// time of the last sample, until `t_s + previewed_s`, because the feed-forward has already used this part.
-  /// Then the reference brakes to rest within the limit of acceleration. Finally it moves to the first
-  /// segment within its transition_s, or longer if the limits require it. If the acceleration is unlimited,
-  /// the reference stops immediately; if it was moving, it has a corner there.
+  /// Ends a live setpoint, or restarts the segments: follows the segments, beginning with the first one. The
+  /// reference does not change from `t_s`, the time of the last sample, until `t_s + previewed_s`, because
+  /// the feed-forward has already used this part. Then the reference brakes to rest within the limit of
+  /// acceleration. Finally it moves to the first segment within its transition_s, or longer if the limits
+  /// require it. If the acceleration is unlimited, the reference stops immediately; if it was moving, it has
+  /// a corner there.
   void resume(double t_s, double previewed_s = 0.0) { continue_from(*this, t_s, previewed_s); }
 
   /// Follows the segments of this trajectory, beginning with the first one. The reference continues the
