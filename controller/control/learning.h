@@ -164,8 +164,8 @@ class Learning {
     /// The taps of the learning filter in single precision. Single precision is twice as fast as double
     /// precision, and its rounding error is far below the noise.
     std::vector<float> taps;
-    /// Ring buffer of the last errors, one for each tap. It contains each error twice, so that they are
-    /// contiguous in the order of time, wherever the oldest is.
+    /// Ring buffer of the last errors, one for each tap. It contains each error twice, so that the errors
+    /// from the oldest to the newest are always contiguous in memory.
     std::vector<float> errors_um;
     std::size_t newest = 0;
     /// Number of the newest errors that follow each other without a lost sample, a disturbance or a glitch,

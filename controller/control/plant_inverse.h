@@ -29,8 +29,9 @@
 
 namespace hystcan::controller {
 
-/// Maximum of |k| in the feed-forward: it is a weighted sum of the references at the times t + mu + k T (t:
-/// present time, mu: mean delay of the chain from demand to position, T: cycle).
+/// The feed-forward is a weighted sum of the references at the times t + mu + k T (t: present time, mu: mean
+/// delay of the chain from demand to position, T: cycle). This constant is the largest k; the smallest k is
+/// its negative.
 inline constexpr int feed_forward_reach = 8;
 /// The weights w_k of the references r(t + mu + k T) in the feed-forward, from k = -feed_forward_reach to
 /// k = feed_forward_reach (t: present time, mu: mean delay of the chain from demand to position, T: cycle).
@@ -52,8 +53,8 @@ class ReferenceWindow {
   bool continues(double t_s, double cycle_s) const;
   void push(double value);
 
-  /// Ring buffer of the references in the weighted sum. It contains each of them twice, so that they are
-  /// contiguous in the order of time, wherever the oldest is.
+  /// Ring buffer of the references in the weighted sum. It contains each reference twice, so that the
+  /// references from the oldest to the newest are always contiguous in memory.
   std::array<double, 2 * std::tuple_size_v<FeedForwardWeights>> values_{};
   std::size_t oldest_ = 0;
   double last_s_ = 0.0;
