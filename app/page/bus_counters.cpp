@@ -23,8 +23,8 @@ std::uint64_t number_in(const std::filesystem::path& file) {
   return number;
 }
 
-/// Returns a CAN FD frame of this size with the data bytes 0, 1, 2, ... These bytes cause a typical number of
-/// stuff bits.
+/// Returns a CAN FD frame with the identifier, size and bit rates of `planned`, and with the data bytes 0, 1,
+/// 2, ... These bytes cause a typical number of stuff bits.
 can::Frame fd_frame(const can::PeriodicFrame& planned) {
   can::Frame frame{.id = planned.id,
                    .extended = planned.extended,

@@ -19,7 +19,7 @@ struct AverageFrames {
   double bitrate_bit_per_s = 0.0;  ///< nominal bit rate; 0: unknown
   double classical_bytes = 0.0;    ///< average data bytes of a classical frame
   double fd_bytes = 0.0;           ///< average data bytes of a CAN FD frame; 0: there are none
-  double fd_time_s = 0.0;          ///< average duration of a CAN FD frame, with both bit rates
+  double fd_time_s = 0.0;          ///< average duration of a CAN FD frame in s, at nominal and data bit rate
 
   /// Estimates how long this number of frames, with this total number of data bytes, occupies the bus.
   double busy_s(double frames, double bytes) const;

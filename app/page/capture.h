@@ -59,7 +59,7 @@ class Trigger {
   On on_ = On::now;
   std::size_t axis_ = 0;
   std::size_t signal_ = 0;               ///< index of the watched column; only for the event "level"
-  double level_ = 0.0;                   ///< threshold: unit of the column for "level", um for "step"
+  double level_ = 0.0;                   ///< "level": value to cross; "step": reference step to exceed, um
   bool rising_ = true, falling_ = true;  ///< crossing directions that are events, only for "level"
   double pre_s_ = 0.0;
   double post_s_ = 0.0;
@@ -67,7 +67,9 @@ class Trigger {
 
   std::vector<double> before_;  ///< previous row of this axis
   std::optional<double> fired_s_;
-  double rests_until_s_ = -std::numeric_limits<double>::infinity();  ///< events before this time are ignored
+  /// Events before this time are ignored: after a capture, the next event must be at least pre_s_ and
+  /// at least 0.2 s later, so that captures do not overlap.
+  double rests_until_s_ = -std::numeric_limits<double>::infinity();
 };
 
 }  // namespace hystcan::app

@@ -139,8 +139,8 @@ std::map<std::string, Segments> changed_lists(const toml::table& root, std::vect
   return lists;
 }
 
-/// Returns the text after `segments` were added to or removed from `list`. Only for a list that is written as
-/// one TOML value: [{...}, {...}].
+/// Returns the text after `segments` were added to or removed from `list`. The list must be written as one
+/// TOML value, [{...}, {...}]; with_segments() edits a list of [[...]] tables itself.
 std::string with_inline_segments(const std::string& text, const std::string& name, const std::string& list,
                                  std::size_t size, const Segments& segments) {
   config::TomlEdit edit(text, name);
@@ -258,8 +258,9 @@ void write_save(const std::filesystem::path& file, const ConfigSave& save) {
                      error);
     }
   };
-  // The text that the user wants to restore must exist in one of the two files at every moment, even if the
-  // computer crashes here. This determines which file is replaced first.
+  // Even if the computer crashes here, the text to which the user may return must be in one of the two files:
+  // the configuration or FILE.before-save. A save therefore writes FILE.before-save first, and an undo writes
+  // the configuration first.
   if (save.undoes) {
     written.commit();
     keep_former();

@@ -42,8 +42,9 @@ bool is_hexadecimal(std::string_view text) {
   return std::ranges::all_of(text, [](unsigned char c) { return std::isxdigit(c) != 0; });
 }
 
-/// Reads the token from the opened file. The file must belong to this user, or to the owner of its folder:
-/// root may read the token of a service. Throws RunError otherwise, or if other users can read the file.
+/// Reads the token from the opened file. The file must belong to the user of this process, or to the owner of
+/// its folder. The second case lets root read the token of a service that runs as another user. Throws
+/// RunError otherwise, or if other users can read the file.
 std::string read_token(const std::filesystem::path& file, const Descriptor& opened) {
   struct stat found {};
   struct stat folder {};

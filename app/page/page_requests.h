@@ -55,9 +55,10 @@ class PageRequests {
   void save(PageClient&, const RequestId&, const nlohmann::json&);
   void undo_save(PageClient&, const RequestId&, const nlohmann::json&);
 
-  /// Requests the settings from the controller and calls `work` with the answer, when it is this client's
-  /// turn in the queue. If the configuration file is invalid, the client is refused; if `needs_valid_file` is
-  /// false, `work` is called instead, and only the member `file` of the answer is set.
+  /// When it is this client's turn in the queue, requests the settings from the controller and calls `work`
+  /// with the answer. If the configuration file is invalid, there are two cases. If `needs_valid_file` is
+  /// true, the client gets a refusal and `work` is not called. Otherwise, `work` is called with an answer in
+  /// which only the member `file` is set.
   void with_settings(const RequestId& request_id, std::function<void(const SettingsAnswer&)> work,
                      bool needs_valid_file = true);
   /// Calls `make` with the configuration in force of the requested axis, and sends the result to the client.

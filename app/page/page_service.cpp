@@ -16,8 +16,8 @@ namespace {
 using nlohmann::json;
 
 constexpr auto time_between_looks = std::chrono::milliseconds(200);
-// Maximum age in s of a status that is still shown. The status is requested every 0.2 s, so at this age two
-// further answers are missing.
+// Maximum age in s of a status that is still shown. An answer normally arrives every 0.2 s. At this age, at
+// least two answers are therefore missing.
 constexpr double longest_age_s = 0.6;
 constexpr std::uint32_t capture_kind = 3;
 

@@ -5,9 +5,9 @@
 //   PageStream (controller, twin) ──▶ PageEvents, captures, lanes ──▶ PageClients
 //   PageClients ──▶ PageRequests ──▶ WriterRole ──▶ ControlLink ──▶ control socket
 //
-// There are two connections to a controller. The stream accepts no commands and never waits for this process.
-// The second connection is for commands. `stop` and `disable` use a third connection, which is closed after
-// their answer.
+// There are three connections to a controller. The first one is the stream of rows; it accepts no commands,
+// and the controller never waits until this process has read the rows. The second one is for commands. The
+// third one is only for `stop` and `disable`, and is closed after their answer.
 #pragma once
 
 #include <boost/asio/io_context.hpp>

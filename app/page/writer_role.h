@@ -30,7 +30,8 @@ class WriterRole {
   void command(std::uint64_t client, const nlohmann::json& command, ControlLink::Done done);
   /// Requests the settings from the controller. Adds events for changes that no page made.
   void read_settings(ControlLink::Done done);
-  /// Call this function when the controller starts or ends, or when its stream is lost.
+  /// Closes the connection for commands if it is idle, because the controller at its other end may have
+  /// ended. Call this function when the controller starts or ends, or when its stream is lost.
   void controller_changed();
 
  private:
