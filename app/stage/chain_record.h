@@ -4,7 +4,8 @@
 //   y(t) = offset + drift t + free decay + sum_i gain_i G u_i(t)
 //
 //   y    measured output at time t
-//   u_i  inputs made from the drive (identification/dynamics/mode_response.h)
+//   u_i  inputs: the drive, and hysteresis loops that are computed from the drive
+//        (identification/dynamics/sampled_dataset.h)
 //   G    response of the chain, held_plant(): the mode (frequency f, damping ratio zeta), the amplifier's lag
 //        (1 - s) D, the pure delay s D, and the stated sensor
 //   D    lag and pure delay together

@@ -58,9 +58,9 @@ Found with_lag(const ChainRecord& record, const Found& found, double lag) {
   return known;
 }
 
-/// Splits the total delay into lag and pure delay if the split explains the record significantly better. If
-/// the record does not determine the lag, keeps the lag that the user stated. If the user stated the delay of
-/// the sensor, the chain has no other pure delay.
+/// Splits the total delay into lag and pure delay if the split explains the record significantly better than
+/// the lag alone. If the record does not determine the lag of this split, the lag is the one that the user
+/// stated. Splits nothing if the user stated the delay of the sensor: no other link has a pure delay.
 Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const controller::Delays& stated) {
   constexpr double most_share = 0.98, least_cycles = 0.05;
   if (stated.sensor_delay.count() > 0) return lag_alone;
@@ -68,9 +68,9 @@ Found with_pure_delay(const ChainRecord& record, const Found& lag_alone, const c
   ChainBox box = lag_alone.box;
   box.min()[pure_share] = 0.0;
   box.max()[pure_share] = most_share;
-  // If the mode is near half the rate, a delay changes the samples like a shift of the mode's frequency. The
-  // search then also starts at shifted frequencies.
-  constexpr double far_from_half = 0.2;  // a mode is near half the rate within this share of the rate
+  // If the frequency of the mode is near half the cycle rate, a delay changes the samples like a shift of
+  // this frequency. The search then also starts at shifted frequencies.
+  constexpr double far_from_half = 0.2;  // limit of the distance from half the rate, as a share of the rate
   const double cycles = std::exp(lag_alone.at[log_frequency]) * record.cycle_s();
   const bool is_near_half = std::abs(cycles - 0.5) < far_from_half;
   for (const double moved : is_near_half ? std::vector{0.0, -0.07, 0.07} : std::vector{0.0})
@@ -119,9 +119,10 @@ Found with_any_delay(const ChainRecord& record, double log_f, double log_zeta) {
   return best;
 }
 
-/// Fits the chain if the record shows no mode. Returns the stated mode. If the samples contain a trace of the
-/// mode (its image at a lower frequency), returns a mode within the stated accuracy that explains the record
-/// significantly better.
+/// Fits the chain if the record shows no mode. One fit has exactly the stated mode. Other fits have a mode
+/// whose frequency differs from the stated one by at most 10 %, because the samples may contain a weak trace
+/// of the true mode at a lower frequency. Returns the best of these other fits if it explains the record
+/// significantly better, otherwise the fit with the stated mode.
 Found around_stated(const ChainRecord& record, const controller::Delays& stated) {
   constexpr double step = 0.02;  // step of the frequency search, as a share of the rate
   // How far log(damping ratio) may go below and above the stated value. Most stages have more damping than
@@ -131,8 +132,8 @@ Found around_stated(const ChainRecord& record, const controller::Delays& stated)
                log_zeta = std::log(std::max(stated.damping_ratio, least_damping_ratio));
   Found plain = with_any_delay(record, log_f, log_zeta);
   plain = record.improved(plain.at, plain.box);
-  // In samples, two modes whose frequencies differ by the rate look alike. A search of half the rate to each
-  // side of the stated frequency therefore covers all cases.
+  // Two modes whose frequencies differ by the cycle rate give almost the same samples. A search of half the
+  // cycle rate to each side of the stated frequency therefore covers all cases.
   const double half_Hz = 0.5 / record.cycle_s();
   const double reach_Hz = std::min(stated_share * stated.resonance_Hz, half_Hz);
   const double step_Hz = std::min(step / record.cycle_s(), 0.25 * reach_Hz);
@@ -170,8 +171,9 @@ controller::PlantUncertainty uncertainty_of(const SecondOrderFit& mode) {
           .damping_ratio = {mode.damping_ratio.lo, mode.damping_ratio.hi}};
 }
 
-/// Returns the uncertainty if the record shows no mode. The true resonance is then at the stated frequency or
-/// at any higher frequency, and the true damping may be lower than stated.
+/// Returns the uncertainty if the record shows no mode. The interval of the resonance then extends from the
+/// stated frequency to infinity, because the record gives no upper limit. The true damping may be lower than
+/// stated.
 controller::PlantUncertainty uncertainty_of(const controller::Delays& stated,
                                             const controller::Delays& chain) {
   const auto [least, most] = std::minmax(stated.damping_ratio, chain.damping_ratio);
@@ -187,8 +189,8 @@ void find_mode(IdentifiedPlant& plant, const Dataset& record) {
   }
 }
 
-/// Returns true if the record shows a mode whose delay cannot be distinguished from zero. The plant then
-/// keeps the lag that the user stated.
+/// Returns true if the record shows a mode, but its total delay (lag and pure delay) cannot be distinguished
+/// from zero. The plant then keeps the lag that the user stated.
 bool keeps_lag(const IdentifiedPlant& plant) { return plant.mode && !(plant.late_s.lo > 0.0); }
 
 Found of_shown(IdentifiedPlant& plant, const ChainRecord& chain, const controller::Delays& stated) {
@@ -229,8 +231,9 @@ Found best_of(IdentifiedPlant& plant, const ChainRecord& chain, const controller
   return as_stated;
 }
 
-/// Sets the uncertainty of the plant if the record shows a mode. The first fit gave an interval for the
-/// frequency and for the damping. Each interval is scaled to the value in `exact`, the fit of the chain.
+/// Sets the uncertainty of the plant if the record shows a mode. The fit of the mode alone (plant.mode) gave
+/// intervals for frequency and damping. The later fit of the whole chain gave more exact values, `exact`, but
+/// no intervals. The intervals are therefore scaled to these values.
 void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
   plant.mode->natural_frequency_Hz = scaled(plant.mode->natural_frequency_Hz, exact.resonance_Hz);
   plant.mode->damping_ratio = scaled(plant.mode->damping_ratio, exact.damping_ratio);
@@ -240,8 +243,9 @@ void set_intervals(IdentifiedPlant& plant, const controller::Delays& exact) {
                                 plant.late_s.hi - plant.late_s.value + longer_s};
 }
 
-/// Sets the uncertainty of the plant if the record shows no mode. The delay is identified from the record.
-/// The true resonance is at the stated frequency or at any higher frequency.
+/// Sets the uncertainty of the plant if the record shows no mode. The interval of the delay comes from the
+/// fit `found`. The interval of the resonance extends from the stated frequency to infinity, because the
+/// record gives no upper limit.
 void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found& found,
                    const controller::Delays& stated) {
   const double error_s = chain.confidence(found).standard_error[late_cycles] * chain.cycle_s(),
@@ -252,11 +256,12 @@ void set_intervals(IdentifiedPlant& plant, const ChainRecord& chain, const Found
   plant.uncertainty.longer_s = {std::max(-reach_s, -late_s), reach_s};
 }
 
-/// Returns the standard error that an unknown of the chain has in a fit in which no unknown is fixed, even if
-/// the fit `found` fixed some of them. The result is at most 1.
+/// Returns the standard error of one unknown of the chain at the point of the fit `found`. It is computed as
+/// if all unknowns were free, because a fit with fixed unknowns gives too small errors. Returns 1 if the
+/// error is larger or not finite.
 double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unknown) {
-  // An unknown is free if its bounds have a distance. The size of this distance does not change the error,
-  // which depends only on the derivatives at the fitted point.
+  // Makes all unknowns free: an unknown is free if its two bounds differ. How much they differ does not
+  // change the standard error, which depends only on the derivatives at the fitted point.
   constexpr double half_width = 0.1;
   Found all = found;
   all.box.min() = found.at.array() - half_width;
@@ -265,12 +270,13 @@ double error_of(const ChainRecord& chain, const Found& found, ChainUnknown unkno
   return std::isfinite(error) ? std::min(error, 1.0) : 1.0;
 }
 
-/// Returns the relative standard error of the resonance if the record shows no mode. This is the error of a
-/// stated resonance. The error is smaller if the samples contain an image of the mode: a trace of it at a
-/// lower frequency.
+/// Returns the relative standard error of the resonance if the record shows no mode. The samples may contain
+/// an image of the mode: a weak trace of it at a lower frequency. If the fit `found` used this image, the
+/// error is computed from the fit. Otherwise, it is the error of a stated resonance, stated_mode_error.
 double mode_error(const ChainRecord& chain, const Found& found) {
-  // Smallest error that is returned. The image of the mode cannot show the frequency more exactly, because a
-  // slightly different frequency with another damping gives almost the same image.
+  // Smallest error that is returned. A mode above half the rate appears in the samples as an image at a lower
+  // frequency. This image cannot show the frequency more exactly, because a slightly different frequency with
+  // another damping gives almost the same image.
   constexpr double image = 0.005;
   const double cycles = std::exp(found.at[log_frequency]) * chain.cycle_s();
   if (found.box.min()[log_frequency] == found.box.max()[log_frequency] ||

@@ -35,8 +35,8 @@ struct IdentifiedPlant {
   controller::PlantUncertainty uncertainty;
   identification::Estimate late_s;  ///< sum of lag and pure delay in s, without the delay that the user
                                     ///< stated for the sensor
-  double pure_s = 0.0;              ///< part of late_s that is a pure delay, assigned to the sensor
-  double share_error = 0.0;         ///< standard error of pure_s / late_s, a share from 0 to 1
+  double pure_s = 0.0;              ///< pure delay of the sensor in s, a part of the total delay late_s
+  double share_error = 0.0;         ///< standard error of the pure delay's share of the total delay
   /// Relative standard error of the resonance if the record does not show it; 0 if the record shows it.
   double mode_error = stated_mode_error;
   double gain = 0.0;          ///< output at rest for a drive of 1, in output units per drive unit
@@ -48,9 +48,9 @@ struct IdentifiedPlant {
 };
 
 /// Identifies the plant from the record. `stated`: mode and sensor as stated by the user, and whether the
-/// amplifier interpolates. If the lag cannot be distinguished from zero, the plant has the stated lag. Throws
-/// std::invalid_argument if the record determines nothing, and identification::OutputFalls if the output
-/// falls when the drive rises.
+/// amplifier interpolates. If the record shows a mode but no delay, the amplifier has the stated lag. Throws
+/// std::invalid_argument if the plant cannot be identified from the record, or if the record contradicts the
+/// stated delay of the sensor. Throws identification::OutputFalls if the output falls when the drive rises.
 IdentifiedPlant identified_plant(const identification::Dataset& record, const controller::Delays& stated);
 
 /// A damping ratio that the user states may be too large by at most this factor.

@@ -25,9 +25,10 @@ namespace {
 using controller::LinearLoop;
 using identification::Misfit;
 
-/// Factors for the squared parts of the error (see promise.h): misfit m, floor f, creep c. The next line
-/// limits the standard error of the sensor's share of a delay.
+/// Factors for the squared parts of the error (see promise.h): `other_motion` for the misfit m,
+/// `never_let_through` for the floor f, `extrapolated_creep` for the creep c.
 constexpr double other_motion = 1.2, never_let_through = 0.08, extrapolated_creep = 0.006;
+/// Limits for the standard error of the sensor's share of the delay that amplifier and sensor have together.
 constexpr double least_share_error = 0.03, most_share_error = 0.5;
 /// Standard deviations of the logarithm of uncertain values: the damping of a mode that no record shows, and
 /// the parts x (exact), m (misfit), f (floor) and c (creep) of the error (see promise.h).
@@ -121,16 +122,16 @@ class Sensitivity {
   controller::PiGains gains_{};
 };
 
-/// The parts of the squared error in um^2 (see promise.h).
+/// The parts x^2, m^2, f^2 and c^2 of the squared tracking error in um^2 (see promise.h).
 struct Parts {
   std::vector<double> exact{};  ///< squared error in um^2 of each rehearsal with an exact actuator model; the
                                 ///< rehearsals differ in the unknown dynamics
   double misfit = 0.0, floor = 0.0, creep = 0.0;
 };
 
-/// Adds the misfit of the model to the error: the octaves with frequencies below half the resonance. Octaves
-/// with higher frequencies contain the mode, which the rehearsal already includes. `speed`: speed of the
-/// drive in drive units per second.
+/// Adds the misfit of the model to the error. The misfit is a spectrum with one RMS value for each octave.
+/// Only the octaves below half the resonance are added: higher octaves contain the ringing of the mode, which
+/// the rehearsal already includes. `speed`: speed of the drive in drive units per second.
 void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivity, double speed,
                 double resonance_Hz) {
   constexpr double ringing = 0.5;  // share of the resonance above which an octave contains the mode
@@ -141,9 +142,9 @@ void add_misfit(Parts& parts, const Misfit& misfit, const Sensitivity& sensitivi
   }
 }
 
-/// Returns equally probable values of the squared error in um^2, sorted. Each part of the error takes the
-/// eleven values of its distribution. Not all combinations of the parts are computed, but for any two parts,
-/// every pair of values occurs (an orthogonal array).
+/// Returns equally probable values of the squared error in um^2, sorted. Each value is a sum of the four
+/// parts in `parts`. Each part takes eleven values, which represent its distribution. Not all combinations of
+/// these values are computed, but for any two parts, every pair of values occurs (an orthogonal array).
 std::vector<double> distribution_of(const Parts& parts) {
   std::vector<double> squares;
   const auto times = [](double square_um, double spread, std::size_t k) {
@@ -187,7 +188,8 @@ void move(twin::AxisConfig& stage, const Uncertainty& uncertainty, std::size_t k
   stage.plant.amplifier.bandwidth_Hz = std::min(without_lag_Hz, 1.0 / (2.0 * std::numbers::pi * lag_s));
 }
 
-/// Collects the parts of each axis's error and combines them into promises.
+/// Rehearses the setup, computes the parts of the squared error of each axis (exact, misfit, floor, creep),
+/// and combines them into promises.
 class Promises {
  public:
   Promises(const rehearsal::Setup& setup, const std::vector<PromiseBasis>& bases)

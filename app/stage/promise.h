@@ -9,7 +9,8 @@
 //        m^2 = 1.2 sum_b |S(q_b u)|^2 r_b^2
 //      Without records, it is the error that the twin's actuator adds to x. The factor 1.2 accounts
 //      for a reference that differs from the record.
-//   f  error that no loop removes, because the residual of slow loops is coarser than that of fast motion:
+//   f  share of the misfit that no loop removes, because the residuals of a fast motion have higher
+//      frequencies than the records of slow loops show:
 //        f^2 = 0.08 sum_b r_b^2
 //   c  error from creep, extrapolated from slow records: a share of the travel that creeps in a decade,
 //      times |S| at the reference's fundamental frequency
@@ -38,8 +39,8 @@ namespace hystcan::app {
 /// The dynamics of an axis that neither the user nor a record determines.
 struct Uncertainty {
   double unshared_s = 0.0;    ///< delay whose division between amplifier and sensor is unknown; 0: none
-  double sensor_share = 0.0;  ///< share of unshared_s that is assigned to the sensor, 0 to 1
-  double share_error = 0.0;   ///< standard error of sensor_share
+  double sensor_share = 0.0;  ///< share of the delay unshared_s that is assigned to the sensor, 0 to 1
+  double share_error = 0.0;   ///< standard error of the sensor's share of the delay unshared_s
   double mode_error = 0.0;    ///< relative standard error of the resonance; 0: a record shows it
 };
 
@@ -49,7 +50,8 @@ struct PromiseBasis {
   std::optional<identification::Misfit> misfit{};
   Uncertainty uncertainty{};
 };
-/// Returns the input of the prediction for axis i. The misfit is read from the model file of the axis.
+/// Returns the data from which the promise for axis i is computed. Reads the misfit from the model file of
+/// the axis. `loop`: name of the loop, for the text of the promise.
 PromiseBasis basis_of(const config::Config& config, std::size_t i, std::string loop,
                       const Uncertainty& uncertainty = {});
 
@@ -69,11 +71,12 @@ struct Promise {
 /// in the rehearsal, or at a signal.
 std::vector<Promise> promises_of(const rehearsal::Setup& setup, const std::vector<PromiseBasis>& bases);
 
-/// Returns promises for the configured loops. Each loop has the name of its structure. Returns no promises if
-/// an axis does not track.
+/// Returns promises for the configured loops. In a promise, the name of the loop is the structure of its
+/// control law, for example "inverse+pi". Returns no promises if an axis does not track.
 std::vector<Promise> promises_of(const config::Config& config);
 
-/// Returns a warning about exact_failure; an empty text if there was no failure.
+/// Returns a warning if the rehearsal with an actuator that equals the model failed (exact_failure); an empty
+/// text if this rehearsal succeeded.
 std::string warning_of(const Promise& promise);
 /// Returns a line such as "promise x: 0.78 um RMS true (90 %: 0.55 to 1.1), 0.40 % of stroke; cautious".
 std::string text_of(const Promise& promise);
