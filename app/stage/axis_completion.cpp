@@ -37,8 +37,8 @@ using identification::Identified;
 Identified identified_loops(const AxisRecords& records) {
   Progress progress("identifying", 0, "trials");
   identification::IdentifyOptions identify_options = records.model;
-  // The thresholds of the model become the ends of the recorded drives, not values beyond them. The start-up
-  // can drive the stage to these ends.
+  // The thresholds of the model become the ends of the recorded drives. The start-up moves the drive to the
+  // thresholds, and it can reach these ends, but perhaps no drive beyond them.
   identify_options.observed_thresholds = true;
   identify_options.go_on = counted_trials(progress);
   return at_place(fmt::format("{}", fmt::join(records.names(), ", ")),
@@ -57,8 +57,9 @@ std::string validation_line(const model::HysteresisParameters& parameters, doubl
       100.0 * seen.all.max / seen.output_span);
 }
 
-/// Returns the uncertainty of a mode that the user stated: 10 % in frequency, a factor of 1.5 in damping. If
-/// its frequency may be above half the rate, no upper limit of the frequency is known.
+/// Returns the uncertainty of a mode that the user stated: the frequency may differ by 10 %, and the damping
+/// ratio may be smaller by a factor of 1.5. If the frequency may be above half the rate, its interval has no
+/// upper end, so that the loop must be stable with every higher frequency.
 controller::PlantUncertainty stated_uncertainty(const controller::Delays& stated, double rate_Hz) {
   constexpr double percent = 10.0;
   controller::PlantUncertainty uncertainty = controller::around(stated, percent);
@@ -137,8 +138,9 @@ const Candidate& first_proposal(const TuningReport& report) {
   return cautious.has_run() ? cautious : report.proposed();
 }
 
-/// Returns true if the candidate has cautious gains. The last candidate has them by design; the present
-/// setting (the first candidate) has them because set_dynamics() has already set them.
+/// Returns true if the candidate has cautious gains. These are the last candidate, which is designed by the
+/// cautious rule, and the first candidate, which is the present setting: set_dynamics() has already written
+/// cautious gains into the configuration.
 bool is_cautious(const TuningReport& report, const Candidate& candidate) {
   return &candidate == &report.candidates.back() || &candidate == &report.present();
 }

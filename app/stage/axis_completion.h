@@ -5,6 +5,10 @@
 //   step     dynamics   delays of the controller, mode and amplifier of the twin
 //   both     tune       gains and filters, rehearsed with that twin; NAME.bode.svg
 //   unseen   validate   a line with the prediction error
+//
+// The records are those of AxisRecords: "both" means loops and step, and "unseen" is a record that identify
+// does not use. NAME.plant.toml is the twin's actuator. It is deliberately inexact, so that a rehearsal shows
+// the effect of model errors.
 #pragma once
 
 #include <filesystem>

@@ -52,8 +52,8 @@ bool falls(const std::vector<double>& drives, const std::vector<double>& positio
          clear * std::sqrt(covariance(drives, drives) * covariance(positions_um, positions_um));
 }
 
-/// Drives the loop and returns the range of the positions; `nullopt` if a position exceeded a limit. Throws
-/// RunError if the position falls while the drive rises.
+/// Drives the loop and returns the range of the positions; `nullopt` if the position exceeded a limit or
+/// jumped. Throws RunError at any other fault, and if the position falls while the drive rises.
 std::optional<Interval> positions_of(const config::Config& config, const twin::Config& twin,
                                      const OpenLoopOptions& run, const Excitation::Hysteresis& loop) {
   std::vector<double> drives, positions_um;
@@ -87,16 +87,16 @@ Interval drives_within(const Excitation::Hysteresis& loop, const Interval& measu
           loop.high + per_um * (limits.position_max_um - measured.hi)};
 }
 
-/// Returns the part of `whole` that should keep the position within its limits, by extrapolation from the
-/// measured small `loop`. Returns `nullopt` if even all of `whole` should keep the position within its
-/// limits.
+/// Extrapolates from a small loop to the excitation `whole`, which has a larger drive range. `measured`:
+/// range of the positions in the small loop. Returns `whole` with a smaller drive range that should keep the
+/// position within its limits; `nullopt` if the full range should keep them.
 std::optional<Excitation::Hysteresis> part_within_limits(const Excitation::Hysteresis& whole,
                                                          const Excitation::Hysteresis& loop,
                                                          const Interval& measured,
                                                          const controller::Supervisor::Config& limits) {
-  // Hysteresis curves are not straight, so the extrapolated range is inexact. `doubtful`: the result is
-  // `whole` if `whole` exceeds the extrapolated range by at most this share of the range of `whole`. `kept`:
-  // otherwise, the result uses this share of the way from `loop` to the extrapolated range.
+  // Hysteresis curves are not straight, so the extrapolated drive range `fit` is inexact. The full range is
+  // allowed if each of its ends exceeds `fit` by at most the share `doubtful` of the full range. Otherwise,
+  // each end of the new range is at the share `kept` of the way from the small loop to `fit`.
   constexpr double doubtful = 0.2, kept = 0.7;
   const Interval fit = drives_within(loop, measured, limits);
   const double slack = doubtful * (whole.high - whole.low);

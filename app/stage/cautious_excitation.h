@@ -17,19 +17,19 @@ double quasi_static_period_s(double resonance_Hz);
 controller::Excitation::Config resized(controller::Excitation::Config excitation, double factor,
                                        double safe_drive);
 
-/// Drives the stage in a small loop around the safe drive: first over a tenth of the range of `whole`, then
-/// over three tenths. Returns `whole`, or the largest part of it that should keep the position within its
-/// limits. Prints the measured ranges. `config` must have one axis. Throws RunError at a signal, and at a
-/// fault that a smaller excitation would not avoid.
+/// Drives the stage in small loops around the safe drive: first over a tenth of the drive range of `whole`,
+/// then over three tenths. Prints the measured ranges. Returns `whole`, or the same excitation with a smaller
+/// drive range that should keep the position within its limits. `config` must have one axis. Throws RunError
+/// at a signal or a fault, and if the position falls while the drive rises.
 controller::Excitation::Hysteresis tried_small_first(const config::Config& config, const twin::Config& twin,
                                                      const OpenLoopOptions& run,
                                                      const controller::Excitation::Hysteresis& whole);
 
 /// Chooses the amplitude of steps or a chirp by rehearsals with the twin, before the stage moves. Tries
-/// `whole`, then half of it, a quarter of it, and so on. Returns the first excitation that causes no fault,
-/// moves the position between two samples by at most half of position_jump_um, and would still keep the
-/// position limits with twice the travel. Prints a note if the amplitude was reduced. `config` must have one
-/// axis. Throws RunError if no amplitude is small enough.
+/// `whole`, then half its amplitude, a quarter, and so on. Returns the first excitation that causes no fault
+/// and has a margin of two: twice its movement between two samples would not exceed position_jump_um, and
+/// twice its distance from the first position would not exceed the position limits. Prints a note if the
+/// amplitude was reduced. `config` must have one axis. Throws RunError if no amplitude is small enough.
 controller::Excitation::Config with_margin(const config::Config& config, const twin::Config& twin,
                                            const controller::Excitation::Config& whole);
 

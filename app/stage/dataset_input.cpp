@@ -57,8 +57,9 @@ class LongestStretch {
     const std::optional<Cycle> before = std::exchange(before_, cycle);
     if (!before || !before->is_driven || !cycle.is_driven || before->number + 1.0 != cycle.number)
       return end_stretch();
-    // True in the second cycle of a stretch. The row of this cycle would contain the drive before the
-    // stretch, which was the safe drive. The row is therefore left out.
+    // True in the second cycle of a stretch. The row of a cycle contains the drive of the cycle before it.
+    // Here this is the first cycle of the stretch; after arming, its drive is still the safe drive. The row
+    // is therefore left out.
     const bool follows_arming = transitions_++ == 0;
     const bool may_be_disabled = present_.size() == 0 && cycle.initialises && cycle.drive == before->drive;
     if (follows_arming || may_be_disabled) return;
@@ -114,7 +115,8 @@ class LongestStretch {
   std::size_t stretches_ = 0;
 };
 
-/// Returns true if the path is a recorded run (a folder or a CSV with cycles); false if it is a dataset.
+/// Returns true if the path is a recorded run: a folder, or a CSV file of control cycles. A CSV file with
+/// other columns is a dataset.
 bool is_recorded_run(const std::filesystem::path& file) {
   std::error_code ignored;
   return std::filesystem::is_directory(file, ignored) || runs::has_cycles(file);

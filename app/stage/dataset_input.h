@@ -7,10 +7,11 @@
 //   input    drive of the command that answered SYNC(n-1): in effect from SYNC(n) until SYNC(n+1)
 //   output   position at SYNC(n)
 //
-// controller/excitation_dataset.h has the same timing, so a delay means the same for both. The model's memory
-// depends on every drive, so the dataset must have no gap. It is therefore the longest stretch in which the
-// axis is initialising, ready or tracking and no cycle is lost. It begins when the drive first moves, because
-// the amplifier may be disabled before. Cycles without a sample are left out.
+// A dataset of `hystcan excite` has the same times (controller/excitation_dataset.h), so a delay means the
+// same in both datasets. The model's memory depends on every drive, so no record of a cycle may be lost. The
+// dataset is therefore the longest stretch without a lost record in which the axis is initialising, ready or
+// tracking. The stretch begins when the drive first moves, because the amplifier may be disabled before. If
+// only the sample of a cycle is missing, the stretch continues, but this cycle has no row.
 #pragma once
 
 #include <filesystem>

@@ -16,9 +16,9 @@ double decibel(double gain);
 
 /// Returns one line of a report: `name`, padded to a fixed width, and `value`.
 std::string line(const std::string& name, const std::string& value);
-/// Describes identified dynamics in lines: natural frequency, damping ratio, delay, gain, residual and chain.
-/// If the record shows no mode, the lines give the reason and the consequence. A line warns if the resonance
-/// is far from the stated one.
+/// Describes identified dynamics in lines: natural frequency, damping ratio, delay, gain, residual, and the
+/// chain of amplifier, mode and sensor. If the record shows no mode, the lines give the reason and the
+/// consequence. A line warns if the resonance is far from the stated one.
 std::string describe(const IdentifiedPlant& plant, const controller::Delays& stated,
                      const std::string& input_unit, const std::string& output_unit);
 std::string describe(const controller::Margins& margins);

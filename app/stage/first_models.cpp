@@ -82,7 +82,8 @@ HysteresisParameters with_curves_off(const HysteresisParameters& given, double s
   return p;
 }
 
-/// Multiplies k_ascending or k_descending by `factor`, limited to the range in which every branch increases.
+/// Multiplies a convergence rate of the model (k_ascending or k_descending) by `factor`. Limits it to the
+/// range in which every branch of the model increases.
 void move_k(HysteresisParameters& p, Direction direction, double factor) {
   double& k = direction == Direction::ascending ? p.k_ascending : p.k_descending;
   if (const auto allowed = model::allowed_k(p, direction))

@@ -30,10 +30,11 @@ model::HysteresisParameters straight_line(const AxisFacts& axis);
 model::HysteresisParameters usual_loop(const AxisFacts& axis);
 
 /// Returns a deliberately inexact model for the twin, so that a rehearsal shows the effect of model errors.
-/// Its outputs differ by at most `share` of half their range. k_ascending and k_descending are multiplied by
-/// 1 + 20/3 `share`, but only as far as the model remains valid.
+/// Its outputs differ by at most `share` of half their range. The convergence rates k_ascending and
+/// k_descending are multiplied by 1 + 20/3 `share`, but only as far as the model remains valid.
 model::HysteresisParameters not_quite(const model::HysteresisParameters& parameters, double share);
-/// Returns the creep, multiplied by 1 + 20/3 `share`, but at most identification::most_creep_per_decade.
+/// Returns a deliberately inexact creep for the twin: the creep per decade, multiplied by 1 + 20/3 `share`,
+/// but at most identification::most_creep_per_decade. `share`: the share for the model's outputs (see above).
 std::optional<model::OutputCreep::Config> not_quite(std::optional<model::OutputCreep::Config> creep,
                                                     double share);
 

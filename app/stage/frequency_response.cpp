@@ -32,7 +32,8 @@ controller::Delays without_commands(controller::Delays delays) {
 
 double angle(double frequency_Hz, double cycle_s) { return 2.0 * std::numbers::pi * frequency_Hz * cycle_s; }
 
-/// Returns the loop of a candidate, but with the identified plant instead of the candidate's delays.
+/// Returns the loop of a candidate with the identified plant, to compute its frequency response. The delays
+/// of the candidate belong to its feed-forward, and may differ from the plant.
 controller::LoopConfig loop_of(const TuningReport& report, const Candidate& of) {
   controller::LoopConfig loop = of.loop;
   loop.delays = report.plant.delays;

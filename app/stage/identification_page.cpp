@@ -304,7 +304,7 @@ std::string datasets_of(const IdentificationReport& report) {
   return part + ".</p>\n";
 }
 
-// The functions from here on list pictures and files.
+// The functions from here on write the end of the page: the pictures, and links to the files of the report.
 
 std::string pictures_of(const std::filesystem::path& directory, const IdentificationReport& report) {
   std::string part;

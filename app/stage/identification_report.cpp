@@ -63,7 +63,8 @@ std::string curve_rows(const Identified& identified) {
   return rows;
 }
 
-// Returns the rows of landscape.csv. The plot needs an empty line where k_descending changes.
+// Returns the rows of landscape.csv: RMS errors for pairs of convergence rates (k_ascending, k_descending).
+// The plot needs an empty line where k_descending changes.
 std::string landscape_rows(const Landscape& map, const Identified& identified) {
   std::string rows = unit_lines(identified) + "k_ascending,k_descending,rms\n";
   for (std::size_t i = 0; i < map.k_descending.size(); ++i) {

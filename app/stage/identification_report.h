@@ -3,7 +3,8 @@
 //
 //   record.csv      time_s,input,output,predicted,residual,record; residual = measured - model
 //   curves.csv      input,ascending,descending
-//   landscape.csv   k_ascending,k_descending,rms; an empty line where k_descending changes
+//   landscape.csv   k_ascending,k_descending,rms: error by convergence rates (k) of the model; an empty
+//                   line where k_descending changes
 //   comparison.csv  model,parameters and the model's errors in percent of the output's span
 #pragma once
 

@@ -49,7 +49,7 @@ struct Validation {
   identification::ErrorNorms all, rest;
   double output_span = 0.0;
   std::vector<identification::RateError> by_rate;
-  std::size_t outside = 0;  ///< number of samples with an input beyond the thresholds
+  std::size_t outside = 0;  ///< number of samples with an input beyond the thresholds of the model
 
   bool has_rest() const { return estimated_from > 0 && estimated_from < predicted.size(); }
 };
