@@ -38,8 +38,9 @@ inline constexpr double patience_s = 60.0;
 /// until every axis is at its safe drive.
 void run_and_stop(rehearsal::Rehearsal& rehearsal, double limit_s, const std::function<bool()>& is_done);
 
-/// Returns a configuration that drives only the chosen axis. The amplifiers of the other axes stay at their
-/// safe drives. The twin must keep all axes, as on a real bus.
+/// Returns a configuration of the controller that drives only the chosen axis. It lists the other axes as
+/// resting: their amplifiers stay at their safe drives. The twin must still simulate all axes of the original
+/// configuration, because a real bus has all nodes, too.
 config::Config chosen_axis_of(config::Config config, const OpenLoopOptions& options);
 
 /// Returns the configuration of one axis with `excitation` as its drive, instead of a reference. Throws

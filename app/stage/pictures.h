@@ -18,8 +18,9 @@ struct PictureSize {
 /// Returns the file extensions in which pictures can be drawn: svg, png, pdf.
 const std::vector<std::string>& picture_formats();
 
-/// A picture to draw. `kind` is the function in plot.py, `data` are its CSV files, and `facts` are values
-/// that the files do not contain, such as a title. All files are in the folder of the list of pictures.
+/// A picture to draw. `kind` is the function in plot.py, `data` are its CSV files, `to` are the files to
+/// draw, and `facts` are values that the CSV files do not contain, such as a title. All these files are in
+/// the same folder as the file that lists the pictures (see draw_pictures()).
 struct Picture {
   std::string kind;
   std::vector<std::string> data, to;

@@ -24,13 +24,15 @@ struct RateOffer {
 using ConfigAtRate = std::function<config::Config(double rate_Hz)>;
 
 /// Returns rates near the configured rate that may be better and that the bus allows. The floor of a rate is
-/// the error that no setpoints can avoid. The result contains
-///   - at most two rates: those with the smallest floor. The square of the floor must be at least a quarter
-///     smaller than at the configured rate.
-///   - the highest of the other rates that are above the configured rate and do not increase the floor.
+/// the squared error that no setpoints can avoid. The result contains
+///   - at most two rates whose floor is at least a quarter smaller than the floor of the configured rate: the
+///     rates with the smallest floors
+///   - one further rate whose floor is at most the floor of the configured rate: the highest such rate above
+///     the configured rate
 std::vector<double> rates_to_try(const config::Config& config);
 
-/// Returns the promises with the best of the three kinds of feed-forward; empty if an axis does not track.
+/// Tries the three kinds of feed-forward (feed_forwards in tuning.h). Returns the promises (predicted true
+/// errors) of the kind with the smallest errors; empty if, with every kind, an axis does not track.
 std::vector<Promise> promises_with_best_feed_forward(config::Config config);
 
 /// Returns the rate with the smallest promised error; `nullopt` if this error is not at least a quarter

@@ -18,7 +18,8 @@ struct RecordWarning {
 };
 
 /// Removes drop-outs and glitches from the dataset. Returns a warning about them, and one warning for each
-/// end of the range at which the sensor was saturated. Row 1 is the first row of the dataset, after --from.
+/// end of the range at which the sensor was saturated. A warning contains row numbers: row 1 is the first row
+/// of `dataset`, from which the rows before --from were already removed.
 std::vector<RecordWarning> leave_out_suspects(const std::filesystem::path& file,
                                               identification::Dataset& dataset);
 

@@ -110,7 +110,7 @@ void print_promises(const std::vector<Promise>& promises) {
   flush_output();
 }
 
-/// Writes a second configuration with the faster loops, rehearses it and prints its promises.
+/// Writes stage.fast.toml with the loops that faster_of() returns, rehearses it and prints its promises.
 void rehearse_fast(const Stage& stage, const std::vector<TuningReport>& tuned) {
   const std::filesystem::path file = stage.file().parent_path() / fast_config;
   Stage fast(file, stage.text());
@@ -153,7 +153,7 @@ void tune_and_rehearse(Stage& stage, const std::vector<AxisRecords>& records, co
   if (std::ranges::any_of(tuned, faster_of)) rehearse_fast(stage, tuned);
 }
 
-/// Tunes and rehearses the stage. If a rehearsal fails, keeps the files, and `hystcan demo` shows the fault.
+/// Tunes and rehearses the stage. If a rehearsal fails, calls `keep` to keep the files for `hystcan demo`.
 template <class Keep>
 void tuned_or_kept(Stage& stage, const std::filesystem::path& folder, const std::vector<AxisRecords>& records,
                    const Plants& plants, const Keep& keep) {
@@ -175,7 +175,7 @@ std::string_view nodes_of(const config::Config& config) {
   return config.axes.front().analogue ? "node" : "twin";
 }
 
-/// Prints the next commands. `made`: present path of the folder, which is temporary before commit().
+/// Prints the next commands, with the final path `folder`. `made`: present path, temporary before commit().
 void print_ready(const std::filesystem::path& made, const std::filesystem::path& folder,
                  std::string_view nodes) {
   const std::string file = shell_word(folder / stage_config), fast = shell_word(folder / fast_config);
@@ -235,7 +235,7 @@ void write_first_models(const std::filesystem::path& folder, AxisFacts& axis) {
                  config::model_text(usual_loop(axis), {}));
 }
 
-/// Writes the measured model and the twin's actuator of an axis, and sets the measured noise.
+/// Writes the identified model of an axis and the twin's actuator; sets the noise of the twin's sensor.
 void write_measured_models(const std::filesystem::path& folder, AxisFacts& axis, const AxisRecords& records) {
   const std::string& name = axis.config.wire.name;
   const identification::Identified found = identify_axis(

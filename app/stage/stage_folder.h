@@ -13,9 +13,10 @@
 
 namespace hystcan::app {
 
-/// Creates the folder. Prints the findings and the next commands. If it fails, no incomplete folder remains.
-/// Throws Error if the facts or the records are insufficient. Throws RunError at a signal, or if the
-/// rehearsal ends with a fault; after a fault, models and reports are kept for `hystcan demo`.
+/// Creates the folder. Prints the warnings of `hystcan check` if there are records, and the next commands.
+/// Throws Error if the facts or the records are insufficient. Throws RunError at a signal, or if a rehearsal
+/// ends with a fault. No folder remains after an error, with one exception: after a fault in a rehearsal, the
+/// models and reports are kept for `hystcan demo`.
 void make_stage(const std::filesystem::path& folder, StageFacts facts,
                 const std::vector<AxisRecords>& records);
 

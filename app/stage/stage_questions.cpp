@@ -40,7 +40,8 @@ void require_names(const std::vector<std::string>& axes) {
   }
 }
 
-/// Asks the user about each axis in turn. Answers about the first axis also apply to the other axes.
+/// Collects the facts about the axes, one axis at a time. Asks the user only about the first axis: the
+/// answers also apply to the other axes, except for values that options or records give.
 class AxisQuestions {
  public:
   AxisQuestions(const InitOptions& stated, const std::vector<AxisRecords>& records, Questions& questions)
@@ -93,9 +94,9 @@ class AxisQuestions {
  private:
   const AxisRecords* record() const { return records_.empty() ? nullptr : &records_[axis_]; }
 
-  /// Returns a number for the current axis. A number stated by an option has precedence. Otherwise, the user
-  /// is asked about the first axis; the default is `measured` or `usual`. Another axis uses `measured`, or
-  /// else `answer`, which is the number of the first axis.
+  /// Returns a value for the current axis. A value stated by an option has precedence. Otherwise, the user is
+  /// asked if this is the first axis; the default is `measured` or `usual`. Any other axis uses `measured`,
+  /// or else `answer`, the value that was found for the first axis.
   double number(const Question& question, const std::vector<double>& stated, std::optional<double> measured,
                 std::optional<double> usual, std::optional<double>& answer,
                 const Questions::Check<double>& check = {}) {

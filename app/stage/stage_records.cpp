@@ -56,8 +56,9 @@ void refuse_drive(const std::filesystem::path& file, const Dataset& dataset, con
     throw Error(file, fmt::format("the drive is in {}", dataset.input_unit), {.expected = unit});
 }
 
-/// Removes drop-outs and glitches from a record, and prints a warning for each kind of doubtful data. Throws
-/// Error instead if `accept` is false, because the limits of the stage are derived from its records.
+/// Finds doubtful data in a record: drop-outs, glitches and a saturated sensor. If `accept` is false, throws
+/// Error for such data, because the limits of the stage are derived from its records. Otherwise, prints a
+/// warning for each kind, and removes drop-outs and glitches.
 void judge_record(const std::filesystem::path& file, Dataset& dataset, bool accept) {
   for (const RecordWarning& warning : leave_out_suspects(file, dataset)) {
     if (!accept)
@@ -113,8 +114,8 @@ void refuse_contradictions(const AxisRecords& records, const std::string& drive_
   if (records.unseen) refuse_drive(*records.unseen_file, *records.unseen, drive_unit, drive);
   if (!stroke_um) return;
   const double part = records.drive().span() / drive.span();
-  // Only a record over the whole drive range shows the exact stroke. The slope of a smaller loop is lower,
-  // and hysteresis curves are not straight.
+  // A record over a part of the drive range gets a larger tolerance. Its travel is not exactly this part of
+  // the stroke: the slope of a smaller loop is lower, and hysteresis curves are not straight.
   const double tolerance = part > 0.95 ? 0.1 : 0.5;
   const double expected_um = *stroke_um * part;
   if (std::abs(records.travel_um().span() / expected_um - 1.0) > tolerance)

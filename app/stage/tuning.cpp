@@ -31,8 +31,9 @@ using identification::Dataset;
 
 constexpr const char* present_name = "present";
 
-/// Sets the identified dynamics in the twin of one axis. The sensor gets the identified sensor delay. The
-/// amplifier's lag gets the rest of the total delay, which remains after the sensor and the interpolation.
+/// Sets the identified dynamics in the twin of one axis. The twin's sensor gets the identified sensor delay.
+/// The lag of the twin's amplifier is set so that the twin has the identified total delay: the other parts of
+/// this delay come from mode and sensor, and from the amplifier's interpolation between setpoints.
 void set_plant(twin::Config& twin, const std::string& axis_name, const controller::Delays& found,
                double cycle_s) {
   for (twin::WiredAxisConfig& axis : twin.axes) {
@@ -175,9 +176,9 @@ config::Config at_rate(const TuningReport& report, config::Config config, double
 
 }  // namespace
 
-/// The time of a row is the number of cycles since the first row, times the nominal cycle time; missed cycles
-/// count. The measured times are not used: sample and drive both follow the SYNC, so its jitter of some
-/// microseconds does not affect the identified mode.
+/// The time of a row in the dataset is the number of cycles since the first row, including cycles that the
+/// controller missed, times the nominal cycle time. The measured times are not used: sample and drive both
+/// follow the SYNC, so its jitter of some microseconds does not affect the identified mode.
 Dataset measured_steps(const config::Config& config, const twin::Config& twin, const OpenLoopOptions& run,
                        const Excitation::Steps& steps) {
   const config::AxisConfig& axis = config.axes[0];

@@ -13,8 +13,9 @@
 
 namespace hystcan::app {
 
-/// The three kinds of feed-forward, as values of Delays::second_order and Delays::plant_inverse: mean delay,
-/// second order, plant inverse.
+/// The three kinds of feed-forward, each as values of Delays::second_order and Delays::plant_inverse. The
+/// first kind compensates the mean delay, the second kind also the variance, and the third kind inverts the
+/// plant.
 inline constexpr std::array<std::pair<bool, bool>, 3> feed_forwards{
     {{false, false}, {true, false}, {false, true}}};
 
@@ -32,21 +33,21 @@ TuningReport tuning_of(const config::Config& config);
 IdentifiedPlant plant_of_steps(const identification::Dataset& record, const config::Config& config);
 
 /// Returns a loop with the largest gains that the cautious rule allows for the plant at this cycle rate. The
-/// rule must hold within the plant's uncertainty, with the interval of the resonance widened by
-/// `resonance_percent`.
+/// rule holds for the whole uncertainty of the plant. The resonance may even be outside its interval by
+/// `resonance_percent` (of its frequency).
 controller::LoopConfig cautious_loop(const IdentifiedPlant& plant, double rate_Hz, double resonance_percent,
                                      const controller::CautiousRule& rule);
 
 /// Rehearses candidates for the loop and chooses the best one (see best_of()). The first candidate is the
-/// present setting. The others are designs by the rules of the report, each with the feed-forward that has
-/// the smallest predicted error. The twin gets the identified plant. A design is not rehearsed if it is
-/// unstable at a corner of the plant's uncertainty (a combination of the ends of its intervals). Throws
-/// RunError if no candidate tracks, or at a signal.
+/// present setting. The others are designed by the report's members `rule` and `cautious_rule`, each with the
+/// feed-forward that has the smallest predicted error. The twin gets the identified plant. A design is not
+/// rehearsed if it is unstable at a corner of the plant's uncertainty (a combination of the ends of its
+/// intervals). Throws RunError if no candidate tracks, or at a signal.
 void evaluate(TuningReport& report, const IdentifiedPlant& plant, const config::Config& config,
               const twin::Config& twin);
 
-/// Adds to an evaluated report: predictions for every structure (by_structure) with the present and the
-/// proposed loop, the promise, and the offer of a better rate.
+/// Adds to an evaluated report: the promise, the offer of a better cycle rate, and the predicted outcomes of
+/// the present and the proposed loop with every structure of the control law (by_structure).
 void predict_further(TuningReport& report, const config::Config& config, const twin::Config& twin);
 
 /// Returns, for each segment of a reference, the true RMS error in um that no setpoints can avoid

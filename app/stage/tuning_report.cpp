@@ -200,7 +200,8 @@ nlohmann::json to_json(const Candidate& of) {
           {"predicted_true_rms_percent", true_percent ? nlohmann::json(*true_percent) : none}};
 }
 
-/// Returns to_json() of the candidate, and its predicted outcome with each structure under "predicted".
+/// Returns to_json() of the candidate with the additional member "predicted": its predicted outcome with each
+/// structure of the control law, such as "inverse+pi".
 nlohmann::json to_whole_json(const Candidate& of) {
   nlohmann::json json = to_json(of);
   json["predicted"] = nlohmann::json::object();

@@ -1,5 +1,6 @@
-// Formats the result of `hystcan tune` as text, as a fragment of a configuration and as JSON. Also writes the
-// frequency responses of the experiment, of the identified plant and of two loops as a table and a picture.
+// Formats the result of `hystcan tune` as text, as a fragment of a configuration and as JSON. Also writes
+// frequency responses as a table and a picture: of the experiment, of the identified plant, of the present
+// loop and of the proposed loop.
 #pragma once
 
 #include <filesystem>
@@ -25,12 +26,12 @@ struct Candidate {
   controller::LoopConfig loop;                     ///< gains, filters, and the delays of the feed-forward
   std::optional<controller::JudgedLoop> judged{};  ///< stability; nullopt if ki is zero, because there is no
                                                    ///< loop
-  /// Rehearsed outcome with the configured reference, structure and limits, without learning. `nullopt` if
-  /// the loop is not stable enough for a rehearsal.
+  /// Outcome of a rehearsal with the configured reference, limits and structure of the control law, but
+  /// without learning (repetitive control). `nullopt` if the loop is not stable enough for a rehearsal.
   std::optional<controller::AxisOutcome> predicted{};
   std::optional<double> true_rms_um{};  ///< true RMS error of this rehearsal: at and between the samples
-  /// Rehearsed outcome with each structure in all_structures. Set only for the present and the proposed
-  /// candidate.
+  /// Outcomes of rehearsals with each structure of the control law, in the order of
+  /// controller::all_structures. Set only for the present and the proposed candidate.
   std::vector<controller::AxisOutcome> by_structure{};
 
   bool has_run() const;
@@ -61,14 +62,14 @@ struct TuningReport {
   double unshared_s = 0.0;           ///< delay of amplifier and sensor together if the sensor's share is not
                                      ///< known; 0: the sensor's delay is stated
   std::optional<Promise> promise{};  ///< promise for the proposed loop; nullopt: not computed
-  std::optional<RateOffer> offer{};  ///< offer of a better cycle rate, with a cautious loop
+  std::optional<RateOffer> offer{};  ///< better cycle rate, with promises for a cautious loop at this rate
 
   const Candidate& present() const { return candidates.front(); }
   const Candidate& proposed() const { return candidates[best]; }
 };
 
-/// Returns which dynamics are still uncertain after the experiment. Without an experiment, the mode is the
-/// stated one.
+/// Returns which dynamics are still uncertain after the experiment. If no experiment was made, the resonance
+/// has the uncertainty of a stated resonance.
 Uncertainty uncertainty_of(const TuningReport& report);
 
 std::string describe(const TuningReport& report);
@@ -77,8 +78,8 @@ std::string fragment(const TuningReport& report);
 nlohmann::json to_json(const TuningReport& report);
 
 /// Returns a CSV table with a row for each measured frequency. The gains of measurement and model are
-/// relative to the gain at rest. Phases are in degrees without jumps of 360; the phases of the loops start
-/// near -90.
+/// relative to the gain at rest. Phases are in degrees without jumps of 360; the phases of the two open loops
+/// (present and proposed) start near -90.
 std::string response_table(const TuningReport& report, const identification::Dataset& record);
 
 /// Draws the frequency responses to the file `picture` (.svg or .png). Writes two more files beside the
