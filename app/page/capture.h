@@ -60,7 +60,7 @@ class Trigger {
   std::size_t axis_ = 0;
   std::size_t signal_ = 0;               ///< index of the watched column; only for the event "level"
   double level_ = 0.0;                   ///< "level": value to cross; "step": reference step to exceed, um
-  bool rising_ = true, falling_ = true;  ///< crossing directions that are events, only for "level"
+  bool rising_ = true, falling_ = true;  ///< "level": directions in which a crossing is an event
   double pre_s_ = 0.0;
   double post_s_ = 0.0;
   bool repeats_ = false;

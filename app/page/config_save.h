@@ -14,7 +14,7 @@ namespace hystcan::app {
 struct ConfigSave {
   std::string before;   ///< current text of the file
   std::string text;     ///< text of the file after the save
-  std::string diff;     ///< difference, with `- ` and `+ ` before changed lines; empty if there is none
+  std::string diff;     ///< difference from `before` to `text`: changed lines have `- ` or `+ `; may be empty
   std::string digest;   ///< hash of both texts, with which the client confirms exactly this save
   bool undoes = false;  ///< true if this is an undo, which restores the kept file
 };

@@ -38,8 +38,9 @@ std::string page_commands() {
   return text;
 }
 
-/// Returns the settings with which the file must be overridden to get the control loop and the model in
-/// force. Changes of the reference segments are left out, because loop and model do not depend on them.
+/// Returns the settings of the running controller that differ from the file. With these settings, the
+/// configuration of the file has the present control loop and model. Settings of the reference segments are
+/// left out, because loop and model do not depend on them.
 std::vector<config::Setting> overrides_of(const std::vector<config::Change>& unsaved) {
   const std::string of_segments = fmt::format(".{}[", config::setpoint_key);
   std::vector<config::Setting> overrides;
