@@ -23,7 +23,8 @@ using controller::Cause;
 using controller::Excitation;
 using model::Interval;
 
-/// Returns a single loop around the safe drive over `share` of the range of `whole`, with the same slew rate.
+/// Returns a smaller excitation than `whole`: a single loop around the safe drive, over `share` of the drive
+/// range of `whole`, with the same slew rate.
 Excitation::Hysteresis part_of(const Excitation::Hysteresis& whole, double share, double safe_drive) {
   const double span = share * (whole.high - whole.low);
   Excitation::Hysteresis part = whole;

@@ -34,9 +34,9 @@ bool is_better(const ChainRecord& record, const Found& a, const Found& b) {
   return b.sum_of_squares - a.sum_of_squares > record.confidence(a).as_good();
 }
 
-/// Returns true if the record rules out the stated mode: the mode that the record shows explains it better.
-/// If the stated mode is above 0.45 of the rate, the shown mode must be much better, because the stated mode
-/// with another damping would appear almost the same in the samples.
+/// Returns true if the record rules out the stated mode: the mode `shown` explains the record better than the
+/// stated mode. If the stated mode is above 0.45 of the rate, the shown mode must be much better, because the
+/// stated mode with another damping would appear almost the same in the samples.
 bool excludes(const ChainRecord& record, const Found& shown, const Found& as_stated,
               const controller::Delays& stated) {
   constexpr double beyond = 0.45, by_far = 0.5;

@@ -27,7 +27,7 @@ namespace hystcan::app {
 inline constexpr double stated_mode_error = 0.05;
 
 struct IdentifiedPlant {
-  /// Fitted mode with its intervals; `nullopt` if the record does not show a mode.
+  /// Fitted mode with 95 % confidence intervals; `nullopt` if the record does not show a mode.
   std::optional<identification::SecondOrderFit> mode;
   std::string not_shown;  ///< reason why the record does not show a mode; empty if it does
 

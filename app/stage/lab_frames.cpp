@@ -260,8 +260,9 @@ void take_standard_frames(can::AxisWire& wire, const can::Database& database, co
   wire.sensor_node = node_of(*database.find(prefix + std::string(can::SensorSample::name)));
 }
 
-/// Returns the message prefix for an axis and removes it from `left`. It is the prefix that equals the axis's
-/// name, without regard to case; if there is none, it is the first prefix in `left`.
+/// Chooses a message prefix for an axis. `left`: prefixes that no other axis has; the chosen prefix is
+/// removed from this list. Returns the prefix that equals the axis's name (upper and lower case are the
+/// same), or the first prefix in the list if there is none.
 std::string prefix_of(const std::string& axis, std::vector<std::string>& left) {
   auto found = std::ranges::find_if(
       left, [&](const std::string& prefix) { return strcasecmp(prefix.c_str(), axis.c_str()) == 0; });

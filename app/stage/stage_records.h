@@ -23,8 +23,8 @@ struct AxisRecords {
   std::optional<identification::Dataset> step{}, unseen{};
   identification::IdentifyOptions model{};  ///< options for the identification of the model
 
-  model::Interval drive() const;           ///< range of the drive in the loops
-  model::Interval travel_um() const;       ///< range of the position in the loops
+  model::Interval drive() const;           ///< range of the drive in all records of loops
+  model::Interval travel_um() const;       ///< range of the position in all records of loops
   std::vector<std::string> names() const;  ///< names of the loop files, without their folders
 };
 
