@@ -173,7 +173,7 @@ TEST(AllowedK, IsEmptyIfTheCurvesAloneMakeABranchDecrease) {
   HysteresisParameters p = linear_model(0.0);
   p.ascending = curve({0.0, 0.0, 90e-4, -60e-6});
   p.descending = curve({10.0, 0.0, 60e-4, -40e-6});
-  EXPECT_NE(refusal(p).find("the curves are too far apart"), std::string::npos) << refusal(p);
+  EXPECT_NE(refusal(p).find("the two curves are too far apart"), std::string::npos) << refusal(p);
   EXPECT_FALSE(allowed_k(p, Direction::ascending));
 }
 
