@@ -70,8 +70,10 @@ std::optional<IdentifiedPlant> shown_plant(const AxisRecords& records, const con
 TuningReport tune_axis(Stage& stage, std::size_t i, const AxisRecords& records,
                        const std::optional<IdentifiedPlant>& plant);
 
-/// Sets the cautious loop of axis i for the cycle rate of the stage. Uses the identified `plant`, or the
-/// stated dynamics if `plant` is empty. Does not rehearse and prints nothing.
+/// Sets the loop of axis i for the cycle rate of the stage. With `plant` (identified dynamics), sets the
+/// cautious loop. Without `plant`, sets an integral loop with a low gain for the dynamics in the
+/// configuration, which the user stated or which are defaults. In contrast to tune_axis(), does not test the
+/// loop on the twin and prints nothing.
 void set_cautious_loop(Stage& stage, std::size_t i, const std::optional<IdentifiedPlant>& plant);
 
 /// Returns the proposed candidate if its predicted error is at least 2 % smaller than the predicted error of

@@ -30,11 +30,12 @@ model::HysteresisParameters straight_line(const AxisFacts& axis);
 model::HysteresisParameters usual_loop(const AxisFacts& axis);
 
 /// Returns a deliberately inexact model for the twin, so that a rehearsal shows the effect of model errors.
-/// Its outputs differ by at most `share` of half their range. The convergence rates k_ascending and
-/// k_descending are multiplied by 1 + 20/3 `share`, but only as far as the model remains valid.
+/// Its outputs differ by at most `share` of half their range. Its convergence rates k_ascending and
+/// k_descending grow by 20/3 times `share`: if `share` is 3 %, they grow by 20 %. They grow less if the model
+/// would become invalid.
 model::HysteresisParameters not_quite(const model::HysteresisParameters& parameters, double share);
-/// Returns a deliberately inexact creep for the twin: the creep per decade, multiplied by 1 + 20/3 `share`,
-/// but at most identification::most_creep_per_decade. `share`: the share for the model's outputs (see above).
+/// Returns a deliberately inexact creep for the twin. The creep per decade grows by 20/3 times `share`, the
+/// share for the model's outputs (see above), but at most to identification::most_creep_per_decade.
 std::optional<model::OutputCreep::Config> not_quite(std::optional<model::OutputCreep::Config> creep,
                                                     double share);
 

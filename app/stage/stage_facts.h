@@ -20,7 +20,8 @@ struct AxisFacts {
 struct StageFacts {
   config::Config config{};  ///< interface, rate and path of the DBC; contains no axes
   std::vector<AxisFacts> axes{};
-  bool rate_is_assumed = false;  ///< true if the user did not state the rate
+  /// True if the cycle rate is the default, 1000 Hz, and the option --cycle-rate did not set it.
+  bool rate_is_assumed = false;
 };
 
 }  // namespace hystcan::app

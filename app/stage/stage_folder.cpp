@@ -190,7 +190,7 @@ void print_ready(const std::filesystem::path& made, const std::filesystem::path&
                       fast));
 }
 
-/// Prints, for records from another program, the range of positions that the sensor node must send.
+/// Prints that the sensor node must use the zero and scale of the --record files, and their position range.
 void print_positions(const StageFacts& facts, const std::vector<AxisRecords>& records) {
   for (std::size_t i = 0; i < records.size(); ++i) {
     const model::Interval travel_um = records[i].travel_um();

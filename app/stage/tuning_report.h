@@ -78,8 +78,9 @@ std::string fragment(const TuningReport& report);
 nlohmann::json to_json(const TuningReport& report);
 
 /// Returns a CSV table with a row for each measured frequency. The gains of measurement and model are
-/// relative to the gain at rest. Phases are in degrees without jumps of 360; the phases of the two open loops
-/// (present and proposed) start near -90.
+/// relative to the gain at rest. The columns `before_...` and `after_...` have the frequency response of the
+/// open control loop with the present and with the proposed setting. Phases are in degrees without jumps of
+/// 360; the phases of the open loops start near -90.
 std::string response_table(const TuningReport& report, const identification::Dataset& record);
 
 /// Draws the frequency responses to the file `picture` (.svg or .png). Writes two more files beside the
