@@ -169,7 +169,7 @@ void Reader::note(std::string_view at, std::string what) {
     ++database_.further_warnings;
 }
 
-/// Counts one more copy of a section's content, in bytes. Throws ParseError above largest_copies in total.
+/// Counts the bytes of one more copy of a section. Without the limit, a small file could fill the memory.
 void Reader::count_copies(std::string_view at, std::size_t bytes) {
   copied_ += bytes;
   if (copied_ <= largest_copies) return;

@@ -23,8 +23,8 @@ struct MessageTraffic {
   std::chrono::microseconds last{};
   std::optional<LoggedFrame> newest;  ///< the last accepted frame
   double rate_Hz = 0.0;               ///< frame rate in the last period
-  /// Standard deviation of the intervals between accepted frames in the last period; nullopt if fewer than
-  /// two intervals.
+  /// Standard deviation of the intervals between accepted frames in the last statistics period, which ended
+  /// with the last call of Traffic::end_period(); nullopt if this period had fewer than two intervals.
   std::optional<double> jitter_ms;
 };
 

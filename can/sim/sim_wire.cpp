@@ -340,7 +340,7 @@ void Wire::expect_recessive(Node& node, Time since) const {
                                  duration_of({.nominal = node.sequences_left * recovery_sequence_bits}));
 }
 
-/// Counts the recessive bits until now for each node that recovers from bus-off, because a frame begins now.
+/// When a frame begins: counts the recessive bits of the idle bus before it, for nodes in bus-off recovery.
 void Wire::count_recessive_bits() {
   if (nodes_off_ == 0) return;
   for (const auto& node : nodes_) {
