@@ -140,8 +140,9 @@ class Reader {
     known_.emplace(key);
     if (table_.contains(key)) list(key, values, visit);
   }
-  /// Calls `make`, which creates an object of the kind that choice() has read before, for example a segment
-  /// of the reference.
+  /// Only calls `make`; Writer::alternative() does not call it. The keys of some tables depend on their key
+  /// `kind`, for example in a segment of the reference. After `kind` was read from the file, `make` replaces
+  /// the object by a new one of this kind, so that its other keys can be read.
   template <class Make>
   void alternative(Make make) {
     make();

@@ -138,8 +138,9 @@ Actuator Actuator::load(const std::filesystem::path& file, bool beyond_limit) {
 
 Actuator Actuator::quasi_static() const {
   Actuator hysteresis_only = *this;
-  // A memory fits an actuator only if both point to the same model. Copy the model, so that a memory with the
-  // creep of the whole actuator is refused.
+  // A caller refuses a memory if its model is not the same object as the model of the actuator. The copied
+  // model is another object. So a memory of this actuator, which may contain creep, is refused for the
+  // actuator without creep.
   hysteresis_only.model = std::make_shared<const model::AnyModel>(*model);
   hysteresis_only.lag = {.delay_s = lag.delay_s};
   return hysteresis_only;

@@ -79,7 +79,7 @@ struct Actuator {
   static Actuator load(const std::filesystem::path& file, bool beyond_limit);
   static Actuator of(model::AnyModel model, std::string name, const identification::Lag& lag = {});
 
-  /// Returns the actuator without creep and dynamics: its hysteresis and its delay.
+  /// Returns a copy of the actuator that has only its hysteresis and its delay, but no creep and no dynamics.
   Actuator quasi_static() const;
   ActuatorMemory memory() const { return {model, lag.creep}; }
 

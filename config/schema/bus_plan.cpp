@@ -80,9 +80,10 @@ Duration round_of(const Config& config) {
 /// Returns the smallest number of rounds that together take at least `time`.
 std::int64_t rounds_up(Duration time, Duration round) { return (time + round - Duration{1}) / round; }
 
-/// Adds the controller's scan markers and axis statuses if the database has messages for them. All statuses
-/// become due with a heartbeat. The controller sends at most one marker or status per cycle: after its
-/// commands, or in its slot if the bus has slots.
+/// Adds the controller's axis statuses and scan markers (a marker is sent when a line of a raster begins) if
+/// the database has messages for them. In the cycle in which the heartbeat is due, the statuses of all axes
+/// become due together. They wait for each other: the controller sends at most one marker or status per
+/// cycle, after its commands, or in its slot if the bus has slots.
 void add_own_frames(std::vector<can::ChainSource>& sources, const Config& config) {
   const Duration cycle = cycle_of(config);
   const std::size_t first = sources.size();

@@ -105,8 +105,9 @@ Config load_unmeasured(const std::filesystem::path& file);
 Config load_as_written(const std::filesystem::path& file, const std::vector<Setting>& overrides = {},
                        const ReadFiles& files = {});
 
-/// Updates the derived values of an axis after its model, delays or reference changed in memory: the limits
-/// of its transitions, and the turnarounds of its reference. Does not design the filters again.
+/// Updates the derived values of an axis after its model, delays or reference changed in memory. These values
+/// are the limits of velocity and acceleration for its transitions (smooth paths between two segments of the
+/// reference), and the turnarounds (rounded corners) of its reference. Does not design the filters again.
 void derive(Config& config, std::size_t axis);
 
 /// Returns the configuration in force as TOML text. The comment "default" marks each value that the file does
