@@ -23,7 +23,8 @@ class StatusSender {
   bool is_due(const Axis& axis) const;
   /// Returns false if the bus refused the frame, which then stays due.
   bool send(const Axis& axis, can::Bus& bus);
-  /// True if `frame` is a valid status of this axis. Such a frame on the bus is from another controller.
+  /// True if `frame` is a valid ControllerStatus of this axis. Only controllers send this message, and a
+  /// controller does not receive its own frames. So such a received frame is from another controller.
   bool is_sound(const can::Frame& frame) { return foreign_ && !foreign_->check(frame); }
 
  private:

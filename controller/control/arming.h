@@ -27,7 +27,7 @@ enum class ArmingBlock : std::uint8_t {
   amplifier_rest,    ///< the output must be nearly the same in two statuses in a row
   sample,
   enabled,     ///< the amplifier must report the state enabled, or its enable delay must pass
-  output,      ///< the amplifier's output must follow the drive
+  output,      ///< during the ramp of the start-up: the amplifier's output must reach the drive again
   watchdog,    ///< the amplifier must trip when commands are withheld
   other_axes,  ///< the axes that begin together with this one must be ready
 };

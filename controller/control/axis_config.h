@@ -96,9 +96,10 @@ model::Interval reach_of(const AxisConfig& config);
 /// Returns the range of drives that are both between the model's thresholds and within the gate's range.
 model::Interval model_drives(const model::HysteresisParameters& model, const Gate::Config& gate);
 
-/// Returns the range of positions that the model reaches with the drives in model_drives(). The range begins
-/// with the position at the lowest of these drives, on the branch that falls from the upper threshold. It
-/// ends with the position at the highest of these drives, on the ascending reference curve.
+/// Returns the range of positions that the model reaches with the drives in model_drives(). The drive falls
+/// to the lowest of these drives. So the range begins with the position at this drive on the descending
+/// reference curve. The drive rises to the highest of these drives. So the range ends with the position at
+/// this drive on the ascending reference curve.
 model::Interval model_reach_um(const model::HysteresisParameters& model, const Gate::Config& gate);
 
 }  // namespace hystcan::controller

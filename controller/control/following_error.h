@@ -67,8 +67,8 @@ struct InPosition {
     Arrival arrival = Arrival::moving;
     double reference_um = 0.0;
     double within_s = -1.0;  ///< time for which the error has been within the tolerance; < 0: it is not
-    /// Time since the reference came to rest, or since the state in_position ended because the error was too
-    /// large. < 0: the reference moves.
+    /// Time since the later of two events: the reference came to rest, or the state in_position ended
+    /// because the error was too large. < 0: the reference moves.
     double trying_s = -1.0;
   };
   /// Called once in each cycle; returns the present decision. `position_um`: measured position, `nullopt` if

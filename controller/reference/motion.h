@@ -101,10 +101,12 @@ class Turnaround {
 //   v_1, v_2      its speeds, v_1 = S / T_1 and v_2 = S / T_2
 //   top, bottom   position of its upper and of its lower corners
 //   tau           time since the nearest corner; negative before the corner
-//   w             the turnaround that replaces the corner |tau|
+//   w(tau)        the turnaround: the function |tau| with a rounded corner at tau = 0
 //
-//   near an upper corner   y = top + (v_1 - v_2) / 2 tau - (v_1 + v_2) / 2 w(tau)
-//   near a lower corner    y = bottom + (v_1 - v_2) / 2 tau + (v_1 + v_2) / 2 w(tau)
+//   near an upper corner   y = top + (v_1 - v_2) tau / 2 - (v_1 + v_2) w(tau) / 2
+//   near a lower corner    y = bottom + (v_1 - v_2) tau / 2 + (v_1 + v_2) w(tau) / 2
+//
+// With |tau| in place of w(tau), these equations give the ideal line.
 //
 // The lowest point of y is at the time tau_0 after the lower corner, with
 // w'(tau_0) = (v_2 - v_1) / (v_1 + v_2). A turnaround does not reach the corner that it replaces. Therefore S
