@@ -88,9 +88,10 @@ class CurveBasis {
   /// limit of this quotient.
   Eigen::VectorXd gap(double t) const;
 
-  /// Each of these functions returns the unknowns theta of an ascending and a descending curve. t is the
-  /// relative input, from 0 at the lower threshold to 1 at the upper one. constant(): both curves are 1.
-  /// line(): both curves are 2 t - 1. open(): the ascending curve is 0, and the descending curve is 2 - 2 t.
+  /// Each of these functions returns theta, the vector of the coefficients of both curves, for one pair of
+  /// simple curves. t is the relative input, from 0 at the lower threshold to 1 at the upper one.
+  /// constant(): both curves are 1. line(): both curves are 2 t - 1. open(): the curves form an open loop;
+  /// the ascending curve is 0, and the descending curve is 2 - 2 t.
   Eigen::VectorXd constant() const;
   Eigen::VectorXd line() const;
   Eigen::VectorXd open() const;

@@ -19,8 +19,8 @@ struct Identified;
 model::Interval pace_range(const Problem& problem, const SearchResult& found, double Trial::*k,
                            const std::function<bool()>& go_on);
 
-/// Returns true if `pace`, the range of a convergence rate from pace_range(), is narrower than a factor of
-/// ten and does not contain 0.
+/// Returns true if the datasets determine a convergence rate well enough. `pace`: the range of this rate from
+/// pace_range(). The range must not contain 0, and its ends must differ by less than a factor of ten.
 bool is_determined(model::Interval pace);
 
 /// Returns the range of the creep per decade in which the RMS error of the fit is at most 10 % larger than

@@ -219,8 +219,9 @@ VectorXd least_distance(const Inequalities& all, double rounding) {
   dual << all.g.transpose(), all.h.transpose() / farthest;
   const VectorXd last_unit = VectorXd::Unit(n + 1, n);
   const VectorXd u = solve_nonnegative(dual, last_unit);
-  // Equals 1 / (1 + (|z| / farthest)^2) for the shortest z. If the inequalities contradict each other, there
-  // is no z, and `squared` is zero to rounding.
+  // `squared` is the squared residual of the dual problem. It equals 1 / (1 + (|z| / farthest)^2), where z is
+  // the shortest vector that satisfies all inequalities. If the inequalities contradict each other, no such
+  // vector exists, and `squared` is zero except for rounding errors.
   const double squared = (dual * u - last_unit).squaredNorm();
   if (squared * too_far * too_far < 1.0)
     refuse("inequalities contradict each other, expected inequalities with a solution");
