@@ -11,10 +11,11 @@
 //   overshoot       max((y - b) sign(b - a), 0) / |b - a|
 //
 // HoldNoise is the RMS of y around its mean while the reference rests, over all levels. At each level,
-// HoldNoise uses the cycles since e entered the band; it discards them if e leaves the band. A level does not
-// count if fewer than a tenth of its cycles are used. If levels with fewer cycles counted, the result for a
-// noise as large as the band would be too small: it would contain only the short times in which e happens to
-// stay inside the band. If the band is 0, every cycle is used.
+// HoldNoise uses the cycles since e last entered the band. If e leaves the band, HoldNoise discards these
+// cycles and begins again when e is back in the band. A level does not count if fewer than a tenth of its
+// cycles are used. If levels with fewer cycles counted, the result for a noise as large as the band would be
+// too small: it would contain only the short times in which e happens to stay inside the band. If the band is
+// 0, every cycle is used.
 #pragma once
 
 #include <cstddef>
