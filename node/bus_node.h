@@ -38,8 +38,8 @@ class BusNode {
   /// Simulates a failure of the supply voltage: the outputs of an amplifier move to their safe value. The
   /// caller must discard the frames that the node sends.
   virtual void lose_power() {}
-  /// Simulates the return of the supply voltage: the node boots up again. Has no effect before start(), or if
-  /// is_taken() is true.
+  /// Simulates the return of the supply voltage: the node boots up again. Has no effect before start(). If
+  /// is_taken() is true, another node has the number of this node, and this node stays off.
   void restart();
 
  protected:

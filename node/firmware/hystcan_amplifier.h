@@ -41,8 +41,8 @@ struct hystcan_amplifier_config {
   const struct hystcan_message* command;
   const struct hystcan_amplifier_axis_config* axes;
   uint8_t axis_count;
-  /// SYNC period of the controller. A command with Enable or ClearFault is ignored if the SYNC whose counter
-  /// is in the command arrived more than two periods ago.
+  /// SYNC period of the controller, in the unit of hystcan_time. A command with Enable or ClearFault is
+  /// ignored if the SYNC whose counter is in the command arrived more than two periods ago.
   uint32_t cycle;
   /// Sets the output of an axis to the setpoint. Called at each SYNC. The device may interpolate until the
   /// next SYNC.
