@@ -27,7 +27,8 @@ namespace hystcan::twin {
 // v is the drive, x_h the displacement of the material, H the hysteresis model. The model is
 // rate-independent: the sequence of the values of v determines x_h, the speed of v does not. Between two
 // values v moves monotonically, without a turning point. If the symmetry is even (magnetostriction, x_h(v) =
-// x_h(-v)), a v that changes its sign passes through zero.
+// x_h(-v)), x_h turns at v = 0 while v moves on. Therefore, if v changes its sign, the material first moves
+// to v = 0 and then to the new v.
 
 class Material {
  public:
