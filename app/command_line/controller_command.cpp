@@ -157,9 +157,7 @@ std::string results_text(const controller::Controller& controller, const StateLo
                     {"axes", axes}});
     return results.dump(2) + "\n";
   }
-  std::string text = fmt::format("{}, {} missed, {} missing, {} late\n", counted(counters.cycles, "cycle"),
-                                 counters.missed_cycles, counted(counters.missing_samples, "sample"),
-                                 counted(counters.late_samples, "sample"));
+  std::string text = describe(counters) + "\n";
   if (counters.replaced_commands > 0)
     text += counted(counters.replaced_commands, "command") + " replaced by a newer one before transmission\n";
   if (!options.rehearse)  // a rehearsal has no timing to show: in virtual time, computing takes no time

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/live/report.h"
 #include "base/text.h"
 
 namespace hystcan::app {
@@ -23,10 +24,7 @@ std::string recording_text(const runs::RunWriter::Status& recording) {
 }
 
 std::string cycles_text(const StatusAnswer& status) {
-  const controller::CycleCounters& counters = status.counters;
-  return fmt::format("at {:.1f} s, {:.2f} s ago: {}, {} missed, {} missing, {} late", status.time_s,
-                     status.age_s, counted(counters.cycles, "cycle"), counters.missed_cycles,
-                     counted(counters.missing_samples, "sample"), counted(counters.late_samples, "sample"));
+  return fmt::format("at {:.1f} s, {:.2f} s ago: {}", status.time_s, status.age_s, describe(status.counters));
 }
 
 std::string remark_on(const AxisAnswer& axis) {

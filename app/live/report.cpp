@@ -153,6 +153,12 @@ std::vector<std::string> describe(const controller::CycleTiming& timing) {
   return lines;
 }
 
+std::string describe(const controller::CycleCounters& counters) {
+  return fmt::format("{}, {} missed, {} missing, {} late", counted(counters.cycles, "cycle"),
+                     counters.missed_cycles, counted(counters.missing_samples, "sample"),
+                     counted(counters.late_samples, "sample"));
+}
+
 std::string describe(const controller::AxisOutcome& outcome) {
   const controller::ErrorStatistics total = outcome.statistics.total();
   if (total.samples == 0)

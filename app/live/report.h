@@ -40,6 +40,8 @@ nlohmann::json to_json(const BusClosing& closing);
 /// Returns a JSON object with the statistics of period, wake_up, turnaround and execution.
 nlohmann::json to_json(const controller::CycleTiming& timing);
 std::vector<std::string> describe(const controller::CycleTiming& timing);
+/// Returns the numbers of cycles, missed cycles, and missing and late samples.
+std::string describe(const controller::CycleCounters& counters);
 
 std::string describe(const controller::AxisOutcome& outcome);
 /// Returns a line for each segment of the reference: its errors, the settling time and overshoot of its
